@@ -1,0 +1,23 @@
+"""What can go wrong, as exceptions that say in one sentence what to do."""
+
+from __future__ import annotations
+
+
+class VtksmoothError(Exception):
+    """Root of everything this package raises on purpose."""
+
+
+class InvalidMeshError(VtksmoothError, ValueError):
+    """The mesh cannot be worked on as it is."""
+
+
+class ParameterError(VtksmoothError, ValueError):
+    """A parameter is out of range, of the wrong type, or unknown."""
+
+
+class MeshFileError(VtksmoothError, OSError):
+    """A mesh file cannot be read or written."""
+
+
+class Cancelled(VtksmoothError):
+    """The run was stopped from outside; nothing of it was kept."""

@@ -1,0 +1,465 @@
+"""Who is next to whom: corners of vertices, one-rings, stars, edges, boundary loops, and the schedule.
+
+Every builder is linear in the size of the mesh. All indices are int32.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .compiled import kernel
+from .mesh import Mesh
+
+Int32 = npt.NDArray[np.int32]
+
+#: Kinds of vertices in :attr:`Adjacency.border`.
+INTERIOR, BORDER, IRREGULAR, ISOLATED = 0, 1, 2, 3
+
+#: Vertices of a block: its ring data fits a core's second-level cache.
+BLOCK_SIZE = 2048
+
+
+class Adjacency(NamedTuple):
+    """The neighbourhoods of a mesh, as compressed rows; row v of X is ``X[X_offsets[v]:X_offsets[v+1]]``.
+
+    Attributes
+    ----------
+    offsets, connectivity : int32
+        The faces, as in :class:`~vtksmooth.kernels.mesh.Mesh`.
+    corner_offsets, corners : int32
+        For each vertex the corners (positions in `connectivity`) where it stands, by rising face.
+    corner_face : (k,) int32
+        Face of each corner.
+    ring_offsets, ring : int32
+        One-rings: the vertices that share an edge with v.
+    star_offsets, star : int32
+        Stars: all other vertices of the faces round v. For triangles these *are* the one-rings.
+    border : (n,) uint8
+        INTERIOR: every edge at v has two faces that agree on the orientation. BORDER: exactly two edges
+        have one face, the others are regular. IRREGULAR: any other (non-manifold edges, orientations
+        that disagree, several boundaries meeting, faces that use v twice). ISOLATED: no face uses v.
+    border_ring : (n, 2) int32
+        For BORDER vertices the neighbours along the boundary, otherwise -1.
+    """
+
+    offsets: Int32
+    connectivity: Int32
+    corner_offsets: Int32
+    corners: Int32
+    corner_face: Int32
+    ring_offsets: Int32
+    ring: Int32
+    star_offsets: Int32
+    star: Int32
+    border: npt.NDArray[np.uint8]
+    border_ring: Int32
+
+
+# Large arrays are made by NumPy and filled by kernels: NumPy asks the system for huge pages, the
+# allocator inside numba does not, and touching fresh small pages costs more than the work done in them.
+
+
+@kernel
+def _sort_corners(offsets, connectivity, rows, corners, corner_face, after, before):  # type: ignore[no-untyped-def]
+    n = rows.size - 1
+    for c in range(connectivity.size):
+        rows[connectivity[c] + 1] += 1
+    for v in range(n):
+        rows[v + 1] += rows[v]
+    for f in range(offsets.size - 1):
+        a = offsets[f]
+        b = offsets[f + 1]
+        for c in range(a, b):
+            v = connectivity[c]
+            i = rows[v]
+            rows[v] = i + 1
+            corners[i] = c
+            corner_face[c] = f
+            after[i] = connectivity[c + 1] if c + 1 < b else connectivity[a]
+            before[i] = connectivity[c - 1] if c > a else connectivity[b - 1]
+    # Filling has moved every row's start to its end: shift back.
+    for v in range(n, 0, -1):
+        rows[v] = rows[v - 1]
+    rows[0] = 0
+
+
+def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
+    """Sort the corners by vertex (a counting sort).
+
+    Returns
+    -------
+    corner_offsets, corners, corner_face
+        As in :class:`Adjacency`.
+    after, before : (k,) int32
+        In the order of `corners`, the point that follows v and the one that precedes v in the face:
+        gathered while the face is at hand, so that building the rings reads memory in order even
+        when the file's order is random.
+    """
+    rows = np.zeros(mesh.n_points + 1, np.int32)
+    columns = tuple(np.empty(len(mesh.connectivity), np.int32) for _ in range(4))
+    _sort_corners(mesh.offsets, mesh.connectivity, rows, *columns)
+    return rows, *columns
+
+
+@kernel
+def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring, place):  # type: ignore[no-untyped-def]
+    n = rows.size - 1
+    ring_offsets[0] = 0
+    seen = np.empty(64, np.int32)
+    k = 0
+    for v in range(n):
+        first = rows[v]
+        row = rows[v + 1] - first
+        start = k
+        if row == 0:
+            border[v] = 3
+        # The usual vertex: every neighbour follows v in one face and precedes it in another. Small rings
+        # are checked by comparing all with all, which stays in registers.
+        regular = 3 <= row <= 16
+        if regular:
+            for i in range(first, first + row):
+                w = after[i]
+                times = 0
+                matches = 0
+                for j in range(first, first + row):
+                    times += after[j] == w
+                    matches += before[j] == w
+                regular = regular and times == 1 and matches == 1 and w != v and before[i] != w
+                ring[k + i - first] = w
+        if regular:
+            k += row
+            ring_offsets[v + 1] = k
+            continue
+        # Every other vertex: count how often a neighbour follows v (low half) and precedes it (high half).
+        if 2 * row > seen.size:
+            seen = np.empty(2 * row, np.int32)
+        odd = False
+        for i in range(first, first + row):
+            odd = odd or after[i] == v or before[i] == v or after[i] == before[i]
+            for side in range(2):
+                w = after[i] if side == 0 else before[i]
+                if w == v:
+                    continue
+                p = place[w]
+                if p < start:  # marks of earlier rings lie below this ring's start
+                    p = k
+                    place[w] = k
+                    ring[k] = w
+                    seen[k - start] = 0
+                    k += 1
+                seen[p - start] += 1 if side == 0 else 65536
+        ring_offsets[v + 1] = k
+        ends = 0
+        for p in range(k - start):
+            if seen[p] == 1 or seen[p] == 65536:
+                ends += 1
+                # [0] is where the boundary comes from, [1] where it goes on, seen along the faces.
+                border_ring[v, 0 if seen[p] == 65536 else 1] = ring[start + p]
+            elif seen[p] != 65537:
+                odd = True
+        if row > 0 and (odd or ends > 0):
+            border[v] = 1
+            if odd or ends != 2 or border_ring[v, 0] < 0 or border_ring[v, 1] < 0:
+                border[v] = 2
+                border_ring[v, 0] = -1
+                border_ring[v, 1] = -1
+    return k
+
+
+def one_rings(rows: Int32, after: Int32, before: Int32) -> tuple[Int32, Int32, npt.NDArray[np.uint8], Int32]:
+    """Return ring_offsets, ring, border, border_ring from what :func:`vertex_corners` gathered."""
+    n = len(rows) - 1
+    ring_offsets = np.empty(n + 1, np.int32)
+    ring = np.empty(2 * len(after), np.int32)  # the most there can be; what is not written costs no memory
+    border = np.zeros(n, np.uint8)
+    border_ring = np.full((n, 2), -1, np.int32)
+    size = _collect_rings(
+        rows, after, before, ring_offsets, ring, border, border_ring, np.full(n, -1, np.int32)
+    )
+    return ring_offsets, ring[:size], border, border_ring
+
+
+@kernel
+def stars(offsets, connectivity, rows, corners, corner_face):  # type: ignore[no-untyped-def]
+    """Return star_offsets, star: all other vertices of the faces round each vertex, in face order."""
+    n = rows.size - 1
+    star_offsets = np.empty(n + 1, np.int64)
+    star_offsets[0] = 0
+    place = np.full(n, -1, np.int64)
+    # Twice over the mesh: count, then fill. The second round's marks lie above the first's.
+    total = 0
+    star = np.empty(0, np.int32)
+    for turn in range(2):
+        k = turn * total
+        for v in range(n):
+            start = k
+            place[v] = k  # v itself is no neighbour
+            for i in range(rows[v], rows[v + 1]):
+                f = corner_face[corners[i]]
+                for c in range(offsets[f], offsets[f + 1]):
+                    w = connectivity[c]
+                    if w != v and place[w] < start:
+                        place[w] = k
+                        if turn == 1:
+                            star[k - total] = w
+                        k += 1
+            star_offsets[v + 1] = k - turn * total
+            # A ring's marks must lie below the next ring's start even when it is empty.
+            if k == start:
+                place[v] = -1
+        if turn == 0:
+            total = k
+            star = np.empty(total, np.int32)
+            place[:] = -1
+    return star_offsets.astype(np.int32), star
+
+
+def build(mesh: Mesh) -> Adjacency:
+    """Build all neighbourhoods of `mesh`, O(corners).
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels import adjacency, mesh
+    >>> square = mesh.Mesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> near = adjacency.build(square)
+    >>> near.ring[near.ring_offsets[0] : near.ring_offsets[1]].tolist()
+    [1, 2, 3]
+    """
+    rows, corners, corner_face, after, before = vertex_corners(mesh)
+    faces = (mesh.offsets, mesh.connectivity, rows, corners, corner_face)
+    ring_offsets, ring, border, border_ring = one_rings(rows, after, before)
+    del after, before
+    star = (ring_offsets, ring) if mesh.only_triangles else stars(*faces)
+    return Adjacency(*faces, ring_offsets, ring, *star, border, border_ring)
+
+
+@kernel
+def _breadth_first(ring_offsets, ring, order, seen):  # type: ignore[no-untyped-def]
+    n = ring_offsets.size - 1
+    filled = 0
+    for first in range(n):
+        if seen[first]:
+            continue
+        seen[first] = 1
+        order[filled] = first
+        head = filled
+        filled += 1
+        while head < filled:
+            v = order[head]
+            head += 1
+            for r in range(ring_offsets[v], ring_offsets[v + 1]):
+                w = ring[r]
+                if not seen[w]:
+                    seen[w] = 1
+                    order[filled] = w
+                    filled += 1
+
+
+def breadth_first_order(near: Adjacency) -> Int32:
+    """Return the vertices, component by component, in rising distance from each one's first vertex.
+
+    An order by topology alone: the same for a mesh that is turned, moved or scaled.
+    """
+    n = len(near.border)
+    order = np.empty(n, np.int32)
+    _breadth_first(near.ring_offsets, near.ring, order, np.zeros(n, np.uint8))
+    return order
+
+
+@kernel
+def _colour(star_offsets, star, order, block_size, rank, colour, block_colour):  # type: ignore[no-untyped-def]
+    n = order.size
+    widest = 0
+    for i in range(n):
+        v = order[i]
+        rank[v] = i
+        widest = max(widest, star_offsets[v + 1] - star_offsets[v])
+    used = np.full(widest + 2, -1, np.int32)
+    block_used = np.full(block_colour.size + 1, -1, np.int32)
+    colours = 0
+    for b in range(block_colour.size):
+        low = b * block_size
+        high = min(n, low + block_size)
+        for i in range(low, high):
+            v = order[i]
+            for r in range(star_offsets[v], star_offsets[v + 1]):
+                j = rank[star[r]]
+                if j < low or j >= high:
+                    c = block_colour[j // block_size]
+                    if c >= 0:
+                        block_used[c] = b
+                elif j < i:
+                    used[colour[j]] = i
+            free = 0
+            while used[free] == i:
+                free += 1
+            colour[i] = free
+            colours = max(colours, free + 1)
+        free = 0
+        while block_used[free] == b:
+            free += 1
+        block_colour[b] = free
+    return colours
+
+
+@kernel
+def _sort_blocks(order, colour, block_size, starts, result):  # type: ignore[no-untyped-def]
+    n = order.size
+    blocks, columns = starts.shape
+    for b in range(blocks):
+        low = b * block_size
+        high = min(n, low + block_size)
+        for i in range(low, high):
+            starts[b, colour[i] + 1] += 1
+        starts[b, 0] = low
+        for c in range(1, columns):
+            starts[b, c] += starts[b, c - 1]
+        fill = starts[b].copy()
+        for i in range(low, high):
+            result[fill[colour[i]]] = order[i]
+            fill[colour[i]] += 1
+
+
+def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -> tuple[Int32, Int32, Int32]:
+    """Cut `order` into blocks; colour the blocks, and the vertices inside each block.
+
+    Two vertices that stand in each other's star differ in their vertex colour (same block) or in their
+    blocks' colour (neighbouring blocks), so the vertices of one vertex colour in all blocks of one block
+    colour can move at the same time.
+
+    Returns
+    -------
+    order : (n,) int32
+        `order`, sorted by vertex colour inside each block (stable).
+    starts : (blocks, colours + 1) int32
+        Where each vertex colour starts in `order`, block by block.
+    block_colour : (blocks,) int32
+    """
+    n = len(order)
+    blocks = -(-n // block_size)
+    colour, block_colour = np.empty(n, np.int32), np.full(blocks, -1, np.int32)
+    rank, result = np.empty(n, np.int32), np.empty(n, np.int32)
+    colours = _colour(near.star_offsets, near.star, order, block_size, rank, colour, block_colour)
+    starts = np.zeros((blocks, colours + 1), np.int32)
+    _sort_blocks(order, colour, block_size, starts, result)
+    return result, starts, block_colour
+
+
+@kernel
+def _renumber(offsets, connectivity, order, rank, count, faces, new_offsets, new_connectivity):  # type: ignore[no-untyped-def]
+    n = order.size
+    m = offsets.size - 1
+    for i in range(n):
+        rank[order[i]] = i
+    for turn in range(2):  # count, then place
+        for f in range(m):
+            low = n
+            for c in range(offsets[f], offsets[f + 1]):
+                low = min(low, rank[connectivity[c]])
+            if turn == 0:
+                count[low + 1] += 1
+            else:
+                faces[count[low]] = f
+                count[low] += 1
+        if turn == 0:
+            for v in range(n + 1):
+                count[v + 1] += count[v]
+    k = 0
+    new_offsets[0] = 0
+    for i in range(m):
+        f = faces[i]
+        for c in range(offsets[f], offsets[f + 1]):
+            new_connectivity[k] = rank[connectivity[c]]
+            k += 1
+        new_offsets[i + 1] = k
+
+
+def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
+    """Return `mesh` with its points in the given order, and for each of its faces the old number.
+
+    Faces are sorted by their smallest new point number (stable), so that a sweep meets them in order.
+    """
+    n = mesh.n_points
+    faces = np.empty(mesh.n_faces, np.int32)
+    offsets, connectivity = np.empty_like(mesh.offsets), np.empty_like(mesh.connectivity)
+    rank, count = np.empty(n, np.int32), np.zeros(n + 2, np.int32)
+    _renumber(mesh.offsets, mesh.connectivity, order, rank, count, faces, offsets, connectivity)
+    return Mesh(mesh.points[order], offsets, connectivity), faces
+
+
+@kernel
+def edges(near):  # type: ignore[no-untyped-def]
+    """Return the edges of an :class:`Adjacency` once each, and the two faces of the regular ones.
+
+    Returns
+    -------
+    ends : (e, 2) int32
+        Point indices, the smaller first.
+    faces : (e, 2) int32
+        The face where the edge runs from ``ends[0]`` to ``ends[1]`` and the one where it runs back;
+        -1 for what is missing, both -1 where more faces meet or orientations disagree.
+    """
+    n = near.ring_offsets.size - 1
+    count = 0
+    for v in range(n):
+        for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+            if near.ring[r] > v:
+                count += 1
+    ends = np.empty((count, 2), np.int32)
+    faces = np.full((count, 2), -1, np.int32)
+    place = np.full(n, -1, np.int64)
+    k = 0
+    for v in range(n):
+        start = k
+        for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+            w = near.ring[r]
+            if w > v:
+                ends[k, 0] = v
+                ends[k, 1] = w
+                place[w] = k
+                k += 1
+        for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+            c = near.corners[i]
+            f = near.corner_face[c]
+            a = near.offsets[f]
+            b = near.offsets[f + 1]
+            after = near.connectivity[c + 1] if c + 1 < b else near.connectivity[a]
+            before = near.connectivity[c - 1] if c > a else near.connectivity[b - 1]
+            for side in range(2):
+                w = after if side == 0 else before
+                e = place[w]
+                if w > v and e >= start:
+                    faces[e, side] = f if faces[e, side] == -1 else -2
+        for e in range(start, k):
+            if faces[e, 0] == -2 or faces[e, 1] == -2:
+                faces[e, 0] = -1
+                faces[e, 1] = -1
+    return ends, faces
+
+
+def boundary_loops(near: Adjacency) -> list[Int32]:
+    """Return the boundaries as lists of point indices, each along the direction of its faces.
+
+    A boundary that runs through an irregular vertex is cut there and comes as an open chain, its
+    regular vertices only.
+    """
+    at_border = np.flatnonzero(near.border == BORDER)
+    loops: list[Int32] = []
+    seen: set[int] = set()
+    before, after = near.border_ring[:, 0], near.border_ring[:, 1]
+    for first in at_border.tolist():
+        if first in seen:
+            continue
+        start = first
+        # Back to the beginning of an open chain, or once round a closed one.
+        while near.border[before[start]] == BORDER and before[start] != first:
+            start = int(before[start])
+        loop = [start]
+        while near.border[after[loop[-1]]] == BORDER and after[loop[-1]] != start:
+            loop.append(int(after[loop[-1]]))
+        seen.update(loop)
+        loops.append(np.asarray(loop, dtype=np.int32))
+    return loops

@@ -1,0 +1,77 @@
+"""Compilation: how a Python function becomes a kernel, once per installation.
+
+Kernels release the interpreter lock and are cached on disk, so only the first use after an
+installation waits for the compiler. That wait is announced through :func:`on_compile`.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from numba.core import event
+
+_log = logging.getLogger("vtksmooth")
+
+#: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
+#: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` on first call, and keep the machine code on disk.
+
+    Where neither the package's folder nor the user's cache can be written, the kernel still works
+    and is compiled again in every process.
+    """
+    try:
+        return numba.njit(cache=True, **_OPTIONS)(function)
+    except RuntimeError:  # numba: "no locator available", a read-only machine
+        return numba.njit(**_OPTIONS)(function)
+
+
+#: A helper of kernels, always part of its caller's machine code.
+device = numba.njit(**_OPTIONS)
+
+
+class _Announcer(event.Listener):
+    """Tells every listener the name of each kernel that is about to be compiled."""
+
+    def __init__(self) -> None:
+        self.listeners: list[Callable[[str], None]] = []
+        self.depth = 0
+        self.said = False
+
+    def on_start(self, event: Any) -> None:
+        self.depth += 1
+        dispatcher = event.data["dispatcher"]
+        if self.depth > 1 or not dispatcher.py_func.__module__.startswith("vtksmooth."):
+            return
+        name = dispatcher.py_func.__name__
+        if not self.listeners and not self.said:
+            self.said = True
+            _log.warning("vtksmooth compiles its kernels, once per installation; this takes some seconds.")
+        for listener in self.listeners:
+            listener(name)
+
+    def on_end(self, event: Any) -> None:
+        self.depth -= 1
+
+
+_announcer = _Announcer()
+event.register("numba:compile", _announcer)
+
+
+class on_compile:
+    """While this context is open, call ``listener(name)`` before each kernel is compiled."""
+
+    def __init__(self, listener: Callable[[str], None]) -> None:
+        self._listener = listener
+
+    def __enter__(self) -> None:
+        _announcer.listeners.append(self._listener)
+
+    def __exit__(self, *exc: object) -> None:
+        _announcer.listeners.remove(self._listener)

@@ -1,0 +1,30 @@
+"""Constraints dispose: each restricts what becomes of the proposals.
+
+One constraint, one file. The loop binds every constraint once, then has them act, in the order given,
+on the proposals for some ranges of vertices; what is left of the proposals is carried out.
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+
+import numpy as np
+import numpy.typing as npt
+
+from ..state import State
+
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+
+class Constraint(ABC):
+    """Something that a run must respect."""
+
+    #: Whether the constraint's promise holds only when neighbours do not move at the same time.
+    in_place: bool = False
+
+    def bind(self, state: State) -> None:
+        """Look at the mesh once, before the first pass; pin vertices that may never move."""
+
+    def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what is allowed."""

@@ -1,0 +1,25 @@
+"""Fixed points: chosen vertices stay where they are, bit for bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..state import State
+from . import Constraint
+
+
+class Fixed(Constraint):
+    """Pin vertices.
+
+    Parameters
+    ----------
+    mask : (n,) array_like
+        Nonzero where a vertex must not move, in the numbering of `State.points`.
+    """
+
+    def __init__(self, mask: npt.ArrayLike) -> None:
+        self.mask = np.asarray(mask) != 0
+
+    def bind(self, state: State) -> None:
+        state.pinned[self.mask] = 1

@@ -1,0 +1,365 @@
+"""The one loop: schemes propose, constraints dispose.
+
+The loop owns what every run shares: the order of the sweeps, stop rules, progress and cancelling. With
+constraints whose promise needs neighbours to stand still (gates) it sweeps *in place*, one set of
+independent vertices after another; otherwise all vertices move at the same time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..report import RunReport
+from . import adjacency, measure, parallel, quality
+from .compiled import kernel
+from .constraints import Constraint
+from .constraints.boundary import Boundary
+from .constraints.fixed import Fixed
+from .constraints.gate import ASPECT, MARGIN, Gate
+from .mesh import Mesh
+from .schemes import Scheme
+from .schemes.trapezium import TrapeziumDrawing
+from .state import State
+
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+#: Called with the part done, 0 to 1, and with what is being done. It may raise
+#: :class:`~vtksmooth.errors.Cancelled`, which ends the run.
+Progress = Callable[[float, str], None]
+
+#: Simultaneous sweeps read memory in the mesh's own order. If neighbours are farther apart than this
+#: (in the mean, in vertices), putting the mesh in order pays for itself in a few passes.
+_SCATTERED = 50_000
+
+
+@dataclass(frozen=True)
+class StopRules:
+    """When to stop before all iterations are done. A rule that is None does not act.
+
+    The first four bound what the result may differ from the original; the iteration that would exceed
+    a bound is undone, so the result keeps within it.
+
+    Parameters
+    ----------
+    normal_deviation, dihedral_change : float
+        Degrees.
+    deviation : float
+        Distance of vertices from the original surface, model units.
+    volume_percent : float
+        Change of the enclosed volume, percent (open meshes: swept volume over that of the bounding box).
+    gain : float
+        Stop when the mean k grows by less than this in an iteration.
+    statistic : {"max", "mean"}
+        What of the first three is held against the bound.
+    """
+
+    normal_deviation: float | None = None
+    dihedral_change: float | None = None
+    deviation: float | None = None
+    volume_percent: float | None = None
+    gain: float | None = None
+    statistic: str = "max"
+
+    @property
+    def bounding(self) -> bool:
+        """Whether any rule bounds what the result may differ by."""
+        bounds = (self.normal_deviation, self.dihedral_change, self.deviation, self.volume_percent)
+        return any(bound is not None for bound in bounds)
+
+
+@kernel
+def _carry_out(starts, ends, proposed, points):  # type: ignore[no-untyped-def]
+    moved = 0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            changed = False
+            for axis in range(3):
+                changed = changed or points[v, axis] != proposed[v, axis]
+                points[v, axis] = proposed[v, axis]
+            moved += changed
+    return moved
+
+
+def _ignore(fraction: float, what: str) -> None:
+    """Progress that nobody watches."""
+
+
+def smooth(
+    mesh: Mesh,
+    scheme: Scheme,
+    constraints: Sequence[Constraint] = (),
+    *,
+    iterations: int,
+    fixed: npt.ArrayLike | None = None,
+    stop: StopRules = StopRules(),
+    progress: Progress = _ignore,
+) -> tuple[Float64, RunReport]:
+    """Smooth `mesh` and return its new points.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Is not changed.
+    scheme : Scheme
+        Proposes where vertices should go.
+    constraints : sequence of Constraint
+        Decide what becomes of the proposals, in this order; gates come last. Without a
+        :class:`~vtksmooth.kernels.constraints.boundary.Boundary` the boundary is fixed.
+    iterations : int
+        Most iterations to do.
+    fixed : (n,) array_like, optional
+        Nonzero for points that must stay, bit for bit.
+    stop : StopRules
+    progress : callable
+        ``progress(fraction, what)``, called many times per second; may raise to cancel.
+
+    Returns
+    -------
+    points : (n, 3) float64
+        Points that did not move have the bits they had.
+    report : RunReport
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels.constraints.gate import Gate
+    >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0.5, 0.4, 0]]
+    >>> plane = Mesh.from_faces(square, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    >>> points, report = smooth(plane, TrapeziumDrawing(), [Gate("aspect")], iterations=30)
+    >>> points[4].round(3).tolist()
+    [1.0, 1.0, 0.0]
+    """
+    began = time.perf_counter()
+    run = _Run(mesh, scheme, constraints, fixed, stop, progress)
+    report = run.report
+    run.start()
+    if not run.free:
+        report.stop_reason = "nothing-to-do"
+        iterations = 0
+    for iteration in range(iterations):
+        progress(iteration / iterations, f"iteration {iteration + 1} of {iterations}")
+        reason = run.iterate(iteration / iterations, 1.0 / iterations)
+        if reason in ("", "gain"):
+            report.iterations = iteration + 1
+        if reason:
+            report.stop_reason = reason
+            break
+    points = run.finish()
+    report.seconds = time.perf_counter() - began
+    progress(1.0, "done")
+    return points, report
+
+
+class _Run:
+    """One call of :func:`smooth`."""
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        scheme: Scheme,
+        constraints: Sequence[Constraint],
+        fixed: npt.ArrayLike | None,
+        stop: StopRules,
+        progress: Progress,
+    ) -> None:
+        self.mesh, self.scheme, self.stop, self.progress = mesh, scheme, stop, progress
+        self.constraints = list(constraints)
+        if not any(isinstance(constraint, Boundary) for constraint in self.constraints):
+            self.constraints.insert(0, Boundary(sliding=False))
+        self.fixed = fixed
+        self.in_place = any(constraint.in_place for constraint in self.constraints)
+        self.report = RunReport()
+        self.order: npt.NDArray[np.int32] | None = None
+        self._edges: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
+
+    # -- before the first pass ---------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Put the mesh in order, build what the passes need, and let the constraints bind."""
+        self.progress(0.0, "building neighbourhoods")
+        near = adjacency.build(self.mesh)
+        mesh = self.mesh
+        if self.in_place:
+            self.progress(0.0, "colouring")
+            order, starts, block_colour = adjacency.colour_blocks(near, adjacency.breadth_first_order(near))
+            self._schedule(starts, block_colour)
+        else:
+            order = self._breadth_first_if_scattered(near)
+            self.ranges = parallel.ranges(mesh.n_points)
+        if order is not None:
+            self.progress(0.0, "putting the mesh in order")
+            del near
+            self.order = order
+            mesh, _ = adjacency.renumbered(mesh, order)
+            near = adjacency.build(mesh)
+        self.progress(0.0, "measuring")
+        reference = quality.reference_directions(mesh, near)
+        pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
+        self.state = State(mesh, near, reference, mesh.points.copy(), pinned)
+        if self.fixed is not None:
+            mask = np.asarray(self.fixed) != 0
+            Fixed(mask if self.order is None else mask[self.order]).bind(self.state)
+        for constraint in self.constraints:
+            constraint.bind(self.state)
+        self.free = int(len(pinned) - np.count_nonzero(pinned))
+        self.proposed = np.empty((0, 3))
+        self.places = self._fused_places()
+        report = self.report
+        k = quality.aspect_ratios(mesh, reference)
+        self.mean_k = float(k.mean())
+        report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
+        report.mean_aspect_ratio = (self.mean_k, self.mean_k)
+        report.min_aspect_ratio = (float(k.min()), float(k.min()))
+        report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
+
+    def _breadth_first_if_scattered(self, near: adjacency.Adjacency) -> npt.NDArray[np.int32] | None:
+        # A sample of vertices tells whether neighbours are near in memory.
+        n = self.mesh.n_points
+        if n < _SCATTERED:
+            return None
+        sample = np.arange(0, len(near.ring), max(1, len(near.ring) // 10_000))
+        owner = np.searchsorted(near.ring_offsets, sample, side="right") - 1
+        if np.abs(near.ring[sample] - owner).mean() < _SCATTERED:
+            return None
+        return adjacency.breadth_first_order(near)
+
+    def _schedule(self, starts: npt.NDArray[np.int32], block_colour: npt.NDArray[np.int32]) -> None:
+        # For each block colour: the blocks (their whole ranges), and the ranges of each vertex colour.
+        self.classes: list[tuple[tuple[Int64, Int64], list[tuple[Int64, Int64]]]] = []
+        wide = starts.astype(np.int64)
+        for colour in range(int(block_colour.max()) + 1):
+            rows = wide[block_colour == colour]
+            inner = [(rows[:, c].copy(), rows[:, c + 1].copy()) for c in range(rows.shape[1] - 1)]
+            self.classes.append(((rows[:, 0].copy(), rows[:, -1].copy()), inner))
+
+    def _fused_places(self) -> np.ndarray | None:
+        # Trapezium Drawing with nothing but its own gate has a kernel of its own.
+        acting = [c for c in self.constraints if not (isinstance(c, Boundary) and not c.sliding)]
+        if (
+            isinstance(self.scheme, TrapeziumDrawing)
+            and len(acting) == 1
+            and isinstance(acting[0], Gate)
+            and acting[0].kind == ASPECT
+        ):
+            return self.scheme.ring_places(self.state)
+        return None
+
+    # -- passes ------------------------------------------------------------------------------------
+
+    def iterate(self, done: float, share: float) -> str:
+        """Do one iteration; return why the run must stop, or ''."""
+        state = self.state
+        kept = state.points.copy() if self.stop.bounding else None
+        moved = -1
+        for turn in range(self.scheme.passes):
+            self.scheme.prepare(state, turn)
+            if not self.in_place:
+                self._simultaneous(turn)
+            elif self.places is not None:
+                moved = sum(self._fused(done, share))
+            else:
+                moved = max(0, moved) + sum(self._in_place(turn, done, share))
+        if moved == 0:
+            return "converged"
+        exceeded = self._exceeded() if kept is not None else ""
+        if exceeded and kept is not None:
+            state.points = kept
+            return exceeded
+        return self._gained_too_little()
+
+    def _simultaneous(self, turn: int) -> None:
+        state = self.state
+        if self.proposed.shape != state.points.shape:
+            self.proposed = np.empty_like(state.points)
+        self._propose_and_dispose(turn, *self.ranges)
+        state.points, self.proposed = self.proposed, state.points
+
+    def _propose_and_dispose(self, turn: int, starts: Int64, ends: Int64) -> None:
+        self.scheme.propose(self.state, turn, starts, ends, self.proposed)
+        for constraint in self.constraints:
+            constraint.dispose(self.state, starts, ends, self.proposed)
+
+    def _in_place(self, turn: int, done: float, share: float) -> Iterator[int]:
+        if self.proposed.shape != self.state.points.shape:
+            self.proposed = np.empty_like(self.state.points)
+        points = self.state.points
+        for number, (_, colours) in enumerate(self.classes):
+            for starts, ends in colours:
+                self._propose_and_dispose(turn, starts, ends)
+                yield sum(parallel.run(_carry_out, starts, ends, self.proposed, points))
+            self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
+
+    def _fused(self, done: float, share: float) -> Iterator[int]:
+        assert isinstance(self.scheme, TrapeziumDrawing) and self.places is not None
+        for number, (blocks, _) in enumerate(self.classes):
+            yield self.scheme.sweep(self.state, self.places, MARGIN, *blocks)
+            self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
+
+    # -- stop rules --------------------------------------------------------------------------------
+
+    def _statistic(self, values: Float64) -> float:
+        return float(values.max() if self.stop.statistic == "max" else values.mean())
+
+    def _exceeded(self) -> str:
+        """Return which bound the mesh exceeds now, or ''."""
+        stop, state = self.stop, self.state
+        before, after = state.original, state.mesh
+        if stop.normal_deviation is not None:
+            used = state.near.border != adjacency.ISOLATED
+            deviation = measure.normal_deviation(before, after, state.near)[used]
+            if self._statistic(deviation) > stop.normal_deviation:
+                return "normal-deviation"
+        if stop.dihedral_change is not None:
+            if self._edges is None:
+                self._edges = adjacency.edges(state.near)
+            if self._statistic(measure.dihedral_change(before, after, *self._edges)) > stop.dihedral_change:
+                return "dihedral-change"
+        if stop.deviation is not None:
+            used = state.near.border != adjacency.ISOLATED
+            distance = state.surface.query(after.points[used])[1]
+            if self._statistic(distance) > stop.deviation:
+                return "deviation"
+        if stop.volume_percent is not None:
+            swept = abs(measure.swept_volume(before, after))
+            if 100.0 * swept > stop.volume_percent * self._whole_volume():
+                return "volume"
+        return ""
+
+    def _whole_volume(self) -> float:
+        original = self.state.original
+        if measure.is_closed(self.state.near):
+            return abs(measure.signed_volume(original))
+        used = original.points[original.connectivity]
+        return float(np.prod(used.max(axis=0) - used.min(axis=0)))
+
+    def _gained_too_little(self) -> str:
+        if self.stop.gain is None:
+            return ""
+        mean_k = float(quality.aspect_ratios(self.state.mesh, self.state.reference).mean())
+        gain, self.mean_k = mean_k - self.mean_k, mean_k
+        return "gain" if gain < self.stop.gain else ""
+
+    # -- after the last pass -----------------------------------------------------------------------
+
+    def finish(self) -> Float64:
+        """Complete the report and return the points in the numbering of the input."""
+        state, report = self.state, self.report
+        before, after = state.original, state.mesh
+        k = quality.aspect_ratios(after, state.reference)
+        report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
+        report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
+        report.inverted = (report.inverted[0], int((k < 0).sum()))
+        report.moved = int(np.count_nonzero((before.points != after.points).any(axis=1)))
+        report.swept_volume = measure.swept_volume(before, after)
+        if measure.is_closed(state.near):
+            report.volume = (measure.signed_volume(before), measure.signed_volume(after))
+        if self.order is None:
+            return state.points
+        points = np.empty_like(state.points)
+        points[self.order] = state.points
+        return points

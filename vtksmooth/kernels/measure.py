@@ -1,0 +1,171 @@
+"""What smoothing changed: normals, dihedral angles, volume, deviation (Semenova et al., section 4)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parallel
+from .adjacency import INTERIOR, ISOLATED, Adjacency
+from .compiled import device, kernel
+from .mesh import Mesh
+from .quality import area_vectors, ring_normals
+
+Float64 = npt.NDArray[np.float64]
+Int32 = npt.NDArray[np.int32]
+
+
+@device
+def _angle(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
+    # Angle between two vectors, radians, good for small angles too; 0 if one of them vanishes.
+    nx = ay * bz - az * by
+    ny = az * bx - ax * bz
+    nz = ax * by - ay * bx
+    return np.arctan2(np.sqrt(nx * nx + ny * ny + nz * nz), ax * bx + ay * by + az * bz)
+
+
+@kernel
+def _angles_between(starts, ends, a, b, degrees):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for i in range(starts[part], ends[part]):
+            degrees[i] = np.degrees(_angle(a[i, 0], a[i, 1], a[i, 2], b[i, 0], b[i, 1], b[i, 2]))
+
+
+@kernel
+def _dihedral_angles(starts, ends, points, edge_ends, edge_faces, area, degrees):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for e in range(starts[part], ends[part]):
+            f = edge_faces[e, 0]
+            g = edge_faces[e, 1]
+            degrees[e] = 0.0
+            if f < 0 or g < 0:
+                continue
+            p = edge_ends[e, 0]
+            q = edge_ends[e, 1]
+            angle = _angle(area[f, 0], area[f, 1], area[f, 2], area[g, 0], area[g, 1], area[g, 2])
+            # The edge runs from p to q in face f: convex if turning from f's normal to g's goes that way.
+            nx = area[f, 1] * area[g, 2] - area[f, 2] * area[g, 1]
+            ny = area[f, 2] * area[g, 0] - area[f, 0] * area[g, 2]
+            nz = area[f, 0] * area[g, 1] - area[f, 1] * area[g, 0]
+            along = (
+                nx * (points[q, 0] - points[p, 0])
+                + ny * (points[q, 1] - points[p, 1])
+                + nz * (points[q, 2] - points[p, 2])
+            )
+            degrees[e] = np.degrees(angle) if along >= 0.0 else -np.degrees(angle)
+
+
+@kernel
+def _volumes(starts, ends, points, offsets, connectivity, origin, volumes):  # type: ignore[no-untyped-def]
+    # Pyramid over each face with its tip at `origin`. A face with more than three corners is the fan
+    # round the mean of its corners; for a quadrilateral that is the volume under its bilinear patch.
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            a = offsets[f]
+            size = offsets[f + 1] - a
+            volumes[f] = 0.0
+            if size < 3:
+                continue
+            mx = 0.0
+            my = 0.0
+            mz = 0.0
+            for c in range(a, a + size):
+                p = connectivity[c]
+                mx += points[p, 0] - origin[0]
+                my += points[p, 1] - origin[1]
+                mz += points[p, 2] - origin[2]
+            mx /= size
+            my /= size
+            mz /= size
+            total = 0.0
+            for c in range(size):
+                p = connectivity[a + c]
+                q = connectivity[a + (c + 1) % size]
+                ax = points[p, 0] - origin[0]
+                ay = points[p, 1] - origin[1]
+                az = points[p, 2] - origin[2]
+                bx = points[q, 0] - origin[0]
+                by = points[q, 1] - origin[1]
+                bz = points[q, 2] - origin[2]
+                total += mx * (ay * bz - az * by) + my * (az * bx - ax * bz) + mz * (ax * by - ay * bx)
+            volumes[f] = total / 6.0
+
+
+def is_closed(near: Adjacency) -> bool:
+    """Return whether the faces bound a volume: every vertex in use is regular, without a boundary."""
+    return bool(np.isin(near.border, (INTERIOR, ISOLATED)).all())
+
+
+def signed_volume(mesh: Mesh) -> float:
+    """Return the volume enclosed by a closed mesh, positive if normals point outwards, model units cubed.
+
+    Quadrilaterals count as bilinear patches. For an open mesh the figure depends on the origin and has
+    no meaning: use :func:`swept_volume`.
+    """
+    volumes = np.empty(mesh.n_faces)
+    # From the middle of the mesh: far from the origin nothing cancels.
+    used = mesh.points[mesh.connectivity[0]] if len(mesh.connectivity) else np.zeros(3)
+    parallel.run(
+        _volumes, *parallel.ranges(mesh.n_faces),
+        mesh.points, mesh.offsets, mesh.connectivity, used, volumes,
+    )  # fmt: skip
+    return float(volumes.sum())
+
+
+def swept_volume(before: Mesh, after: Mesh) -> float:
+    """Return the volume that the surface sweeps while its points go from one position to the other.
+
+    Exact with bilinear side patches (ALGORITHMS, Jiao section 3): V = (d0 + d1 + d2) . (n + (e1 x t2 +
+    t1 x e2) / 2 + e1 x e2 / 3) / 6 for each triangle of each face's fan, n = t1 x t2, e the change of t.
+    For a closed mesh it is the change of the volume.
+    """
+    total = 0.0
+    sizes = before.face_sizes
+    for size in np.unique(sizes[sizes >= 3]):
+        corners = before.connectivity[before.offsets[:-1][sizes == size][:, None] + np.arange(size)]
+        p, d = before.points[corners], after.points[corners] - before.points[corners]
+        if size == 3:
+            fans = [(p[:, 0], p[:, 1], p[:, 2], d[:, 0], d[:, 1], d[:, 2])]
+        else:
+            m, dm = p.mean(axis=1), d.mean(axis=1)
+            fans = [(m, p[:, i], p[:, i - size + 1], dm, d[:, i], d[:, i - size + 1]) for i in range(size)]
+        for p0, p1, p2, d0, d1, d2 in fans:
+            t1, t2, e1, e2 = p1 - p0, p2 - p0, d1 - d0, d2 - d0
+            normal = np.cross(t1, t2) + (np.cross(e1, t2) + np.cross(t1, e2)) / 2.0 + np.cross(e1, e2) / 3.0
+            total += float(((d0 + d1 + d2) * normal).sum()) / 6.0
+    return total
+
+
+def normal_deviation(before: Mesh, after: Mesh, near: Adjacency) -> Float64:
+    """Return the angle between the vertex normals (area-weighted) of two states, (n,), degrees.
+
+    0 where a normal does not exist.
+    """
+    degrees = np.empty(before.n_points)
+    parallel.run(
+        _angles_between, *parallel.ranges(before.n_points),
+        ring_normals(before, near), ring_normals(after, near), degrees,
+    )  # fmt: skip
+    return degrees
+
+
+def dihedral_angles(mesh: Mesh, edge_ends: Int32, edge_faces: Int32) -> Float64:
+    """Return the signed angle between the two faces' normals at every edge, (e,), degrees.
+
+    Positive at convex edges, negative at concave ones, 0 in the plane and where an edge does not have
+    exactly two faces that agree on the orientation. Edges as :func:`~vtksmooth.kernels.adjacency.edges`
+    returns them.
+    """
+    degrees = np.empty(len(edge_ends))
+    parallel.run(
+        _dihedral_angles, *parallel.ranges(len(edge_ends)),
+        mesh.points, edge_ends, edge_faces, area_vectors(mesh), degrees,
+    )  # fmt: skip
+    return degrees
+
+
+def dihedral_change(before: Mesh, after: Mesh, edge_ends: Int32, edge_faces: Int32) -> Float64:
+    """Return the absolute change of the dihedral angle at every edge, (e,), degrees in [0, 360)."""
+    return np.abs(
+        dihedral_angles(after, edge_ends, edge_faces) - dihedral_angles(before, edge_ends, edge_faces)
+    )

@@ -1,0 +1,254 @@
+"""Signed aspect ratio k of triangles, quadrilaterals and polygons.
+
+Semenova et al., sections 2.1 and 3.1: 1 for the equilateral triangle and the square, 0 for a degenerate
+element, negative for an inverted one.
+
+Kernels compare *signed squares* ``q = k |k|``: the order is that of k, and no root is drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import adjacency, parallel
+from .compiled import device, kernel
+from .mesh import Mesh
+
+Float64 = npt.NDArray[np.float64]
+
+#: The papers' bins of k.
+BINS = (0.0, 0.2, 0.4, 0.6, 0.8)
+
+
+@device
+def triangle_square(ax, ay, az, bx, by, bz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """Signed square of ``k = 4 sqrt(3) A / (l1^2 + l2^2 + l3^2)`` of the triangle (0, a, b).
+
+    With N = a x b (twice the area) and l1^2 + l2^2 + l3^2 = 2 (a.a + b.b - a.b), k^2 is
+    3 N^2 / (a.a + b.b - a.b)^2. The sign is that of N against the reference direction r.
+    """
+    nx = ay * bz - az * by
+    ny = az * bx - ax * bz
+    nz = ax * by - ay * bx
+    length = (ax * ax + ay * ay + az * az) + (bx * bx + by * by + bz * bz) - (ax * bx + ay * by + az * bz)
+    if length == 0.0:
+        return 0.0
+    # One division before the square: lengths of 1e-60 do not underflow.
+    q = 3.0 * ((nx * nx + ny * ny + nz * nz) / length / length)
+    if nx * rx + ny * ry + nz * rz < 0.0:
+        return -q
+    return q
+
+
+@device
+def polygon_scale(size):  # type: ignore[no-untyped-def]
+    """Square of the factor that makes k = 1 for the regular polygon; 32 for the quadrilateral.
+
+    The regular polygon with circumradius 1 has sides s = 2 sin(pi/n), corner triangles of area
+    s^2 sin(2 pi/n) / 2, and a longest diagonal of 2 (n even) or 2 cos(pi/2n) (n odd).
+    """
+    if size == 4:
+        return 32.0
+    side = 2.0 * np.sin(np.pi / size)
+    area = 0.5 * side * side * np.sin(2.0 * np.pi / size)
+    longest = 2.0 if size % 2 == 0 else 2.0 * np.cos(0.5 * np.pi / size)
+    return size * side * side * longest * longest / (area * area)
+
+
+@device
+def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """Signed square of ``k = 4 sqrt(2) min A_i / (sqrt(sum l_i^2) h_max)``, with vertex v at (x, y, z).
+
+    A_i are the signed areas of *all* corner triangles: of a concave or self-crossing quadrilateral
+    one is negative, whichever way it would be split. h_max is the longest side or diagonal.
+    """
+    size = last - first
+    smallest = np.inf
+    perimeter = 0.0
+    longest = 0.0
+    for i in range(size):
+        p = connectivity[first + i]
+        q = connectivity[first + (i + 1) % size]
+        o = connectivity[first + (i + size - 1) % size]
+        px = x if p == v else points[p, 0]
+        py = y if p == v else points[p, 1]
+        pz = z if p == v else points[p, 2]
+        ax = (x if q == v else points[q, 0]) - px
+        ay = (y if q == v else points[q, 1]) - py
+        az = (z if q == v else points[q, 2]) - pz
+        bx = (x if o == v else points[o, 0]) - px
+        by = (y if o == v else points[o, 1]) - py
+        bz = (z if o == v else points[o, 2]) - pz
+        nx = ay * bz - az * by
+        ny = az * bx - ax * bz
+        nz = ax * by - ay * bx
+        area = 0.25 * (nx * nx + ny * ny + nz * nz)
+        if nx * rx + ny * ry + nz * rz < 0.0:
+            area = -area
+        smallest = min(smallest, area)
+        side = ax * ax + ay * ay + az * az
+        perimeter += side
+        longest = max(longest, side)
+        for j in range(i + 2, size - (1 if i == 0 else 0)):
+            d = connectivity[first + j]
+            dx = (x if d == v else points[d, 0]) - px
+            dy = (y if d == v else points[d, 1]) - py
+            dz = (z if d == v else points[d, 2]) - pz
+            longest = max(longest, dx * dx + dy * dy + dz * dz)
+    if perimeter == 0.0 or longest == 0.0:
+        return 0.0
+    return polygon_scale(size) * (smallest / perimeter / longest)
+
+
+@device
+def face_square(points, offsets, connectivity, f, reference):  # type: ignore[no-untyped-def]
+    """Signed square of k of face f; 0 for faces of fewer than three corners."""
+    a = offsets[f]
+    size = offsets[f + 1] - a
+    rx = reference[f, 0]
+    ry = reference[f, 1]
+    rz = reference[f, 2]
+    if size == 3:
+        p = connectivity[a]
+        q = connectivity[a + 1]
+        r = connectivity[a + 2]
+        x = points[p, 0]
+        y = points[p, 1]
+        z = points[p, 2]
+        return triangle_square(
+            points[q, 0] - x, points[q, 1] - y, points[q, 2] - z,
+            points[r, 0] - x, points[r, 1] - y, points[r, 2] - z,
+            rx, ry, rz,
+        )  # fmt: skip
+    if size < 3:
+        return 0.0
+    return polygon_square(points, connectivity, a, a + size, -1, 0.0, 0.0, 0.0, rx, ry, rz)
+
+
+@kernel
+def _aspect_ratios(starts, ends, points, offsets, connectivity, reference, k):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            q = face_square(points, offsets, connectivity, f, reference)
+            k[f] = np.sqrt(q) if q >= 0.0 else -np.sqrt(-q)
+
+
+@kernel
+def _area_vectors(starts, ends, points, offsets, connectivity, area):  # type: ignore[no-untyped-def]
+    # Half the sum of cross products of successive corners, taken from the first corner: for a polygon
+    # that is not plane the vector area of any surface that it bounds.
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            nx = 0.0
+            ny = 0.0
+            nz = 0.0
+            a = offsets[f]
+            o = connectivity[a] if offsets[f + 1] > a else 0
+            for c in range(a + 1, offsets[f + 1] - 1):
+                p = connectivity[c]
+                q = connectivity[c + 1]
+                ax = points[p, 0] - points[o, 0]
+                ay = points[p, 1] - points[o, 1]
+                az = points[p, 2] - points[o, 2]
+                bx = points[q, 0] - points[o, 0]
+                by = points[q, 1] - points[o, 1]
+                bz = points[q, 2] - points[o, 2]
+                nx += ay * bz - az * by
+                ny += az * bx - ax * bz
+                nz += ax * by - ay * bx
+            area[f, 0] = 0.5 * nx
+            area[f, 1] = 0.5 * ny
+            area[f, 2] = 0.5 * nz
+
+
+@kernel
+def _sum_at_vertices(starts, ends, corner_offsets, corners, corner_face, area, normals):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            x = 0.0
+            y = 0.0
+            z = 0.0
+            for i in range(corner_offsets[v], corner_offsets[v + 1]):
+                f = corner_face[corners[i]]
+                x += area[f, 0]
+                y += area[f, 1]
+                z += area[f, 2]
+            normals[v, 0] = x
+            normals[v, 1] = y
+            normals[v, 2] = z
+
+
+@kernel
+def _sum_at_faces(starts, ends, offsets, connectivity, normals, reference):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            for axis in range(3):
+                total = 0.0
+                for c in range(offsets[f], offsets[f + 1]):
+                    total += normals[connectivity[c], axis]
+                reference[f, axis] = total
+
+
+def area_vectors(mesh: Mesh) -> Float64:
+    """Return each face's area times its unit normal, (m, 3)."""
+    area = np.empty((mesh.n_faces, 3))
+    parallel.run(
+        _area_vectors, *parallel.ranges(mesh.n_faces), mesh.points, mesh.offsets, mesh.connectivity, area
+    )
+    return area
+
+
+def ring_normals(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
+    """Return each vertex' sum of the area vectors of its faces, (n, 3): the area-weighted normal, not unit."""
+    normals = np.empty((mesh.n_points, 3))
+    parallel.run(
+        _sum_at_vertices, *parallel.ranges(mesh.n_points),
+        near.corner_offsets, near.corners, near.corner_face, area_vectors(mesh), normals,
+    )  # fmt: skip
+    return normals
+
+
+def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
+    """Return for each face the sum of its vertices' area-weighted ring normals, (m, 3).
+
+    An area on a surface is positive or negative *against a direction*. The face's own normal will not
+    do (a face folded in the input would count as inverted once it is mended), nor will the ring normal
+    of whichever vertex is being moved (one face would have several signs). One direction per face,
+    taken once from the reference mesh and frozen, does.
+    """
+    reference = np.empty((mesh.n_faces, 3))
+    parallel.run(
+        _sum_at_faces, *parallel.ranges(mesh.n_faces),
+        mesh.offsets, mesh.connectivity, ring_normals(mesh, near), reference,
+    )  # fmt: skip
+    return reference
+
+
+def aspect_ratios(mesh: Mesh, reference: Float64) -> Float64:
+    """Return the signed aspect ratio k of every face, (m,), in [-1, 1].
+
+    Parameters
+    ----------
+    mesh : Mesh
+    reference : (m, 3) float64
+        Direction against which each face's area is signed, from :func:`reference_directions`.
+
+    Notes
+    -----
+    Triangles: section 2.1 of Semenova et al. Quadrilaterals: section 3.1, with the corner triangles of
+    both diagonals. Polygons with more corners: the quadrilateral's formula, scaled so that the regular
+    polygon has k = 1. Faces with fewer than three corners have k = 0.
+    """
+    k = np.empty(mesh.n_faces)
+    parallel.run(
+        _aspect_ratios, *parallel.ranges(mesh.n_faces),
+        mesh.points, mesh.offsets, mesh.connectivity, reference, k,
+    )  # fmt: skip
+    return k
+
+
+def histogram(k: Float64) -> list[float]:
+    """Return the percentages of faces in the papers' bins k<0, 0-.2, .2-.4, .4-.6, .6-.8, .8-1."""
+    counts = np.bincount(np.searchsorted(BINS, k, side="right"), minlength=6)
+    return [100.0 * float(count) / max(len(k), 1) for count in counts]

@@ -1,0 +1,57 @@
+"""Umbrella operator: each vertex goes towards the mean of its one-ring."""
+
+from __future__ import annotations
+
+from .. import parallel
+from ..compiled import kernel
+from ..state import State
+from . import Float64, Int64, Scheme
+
+
+@kernel
+def propose_umbrella(starts, ends, points, ring_offsets, ring, pinned, factor, proposed):  # type: ignore[no-untyped-def]
+    """``p + factor (mean of the one-ring - p)``."""
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            first = ring_offsets[v]
+            last = ring_offsets[v + 1]
+            x = points[v, 0]
+            y = points[v, 1]
+            z = points[v, 2]
+            if pinned[v] or first == last:
+                proposed[v, 0] = x
+                proposed[v, 1] = y
+                proposed[v, 2] = z
+                continue
+            sx = 0.0
+            sy = 0.0
+            sz = 0.0
+            for r in range(first, last):
+                w = ring[r]
+                sx += points[w, 0]
+                sy += points[w, 1]
+                sz += points[w, 2]
+            share = 1.0 / (last - first)
+            proposed[v, 0] = x + factor * (sx * share - x)
+            proposed[v, 1] = y + factor * (sy * share - y)
+            proposed[v, 2] = z + factor * (sz * share - z)
+
+
+class Umbrella(Scheme):
+    """Laplacian with equal weights.
+
+    Parameters
+    ----------
+    relaxation : float
+        Part of the way to the mean of the one-ring, (0, 1].
+    """
+
+    def __init__(self, relaxation: float = 0.5) -> None:
+        self.relaxation = relaxation
+
+    def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        near = state.near
+        parallel.run(
+            propose_umbrella, starts, ends,
+            state.points, near.ring_offsets, near.ring, state.pinned, self.relaxation, proposed,
+        )  # fmt: skip

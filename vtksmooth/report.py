@@ -1,0 +1,67 @@
+"""What a run did, for people and for field data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+#: Why a run ended.
+STOP_REASONS = {
+    "iterations": "all iterations were done",
+    "converged": "no vertex could be improved any more",
+    "nothing-to-do": "no vertex is free to move",
+    "gain": "the mean quality grew by less than stop_gain in an iteration",
+    "normal-deviation": "the next iteration would exceed stop_normal_deviation",
+    "dihedral-change": "the next iteration would exceed stop_dihedral_change",
+    "deviation": "the next iteration would exceed stop_deviation_fraction",
+    "volume": "the next iteration would exceed stop_volume_percent",
+}
+
+
+@dataclass
+class RunReport:
+    """What a smoothing run did.
+
+    Attributes
+    ----------
+    iterations : int
+        Iterations carried out (and kept).
+    stop_reason : str
+        A key of :data:`STOP_REASONS`.
+    moved : int
+        Vertices that are elsewhere than at the start.
+    seconds : float
+        Time of the run.
+    mean_aspect_ratio, min_aspect_ratio : tuple of float
+        k before and after, against the directions of the input.
+    inverted : tuple of int
+        Faces with k < 0 before and after, against the directions of the input.
+    volume : tuple of float, or None
+        Before and after; None for open meshes.
+    volume_rounded : float or None
+        The volume after rounding to the precision of the output's points; None for open meshes.
+    swept_volume : float
+        Volume between the surfaces before and after; for closed meshes the change of the volume.
+    irregular : int
+        Vertices held because edges there are non-manifold or disagree on the orientation.
+    """
+
+    iterations: int = 0
+    stop_reason: str = "iterations"
+    moved: int = 0
+    seconds: float = 0.0
+    mean_aspect_ratio: tuple[float, float] = (0.0, 0.0)
+    min_aspect_ratio: tuple[float, float] = (0.0, 0.0)
+    inverted: tuple[int, int] = (0, 0)
+    volume: tuple[float, float] | None = None
+    volume_rounded: float | None = None
+    swept_volume: float = 0.0
+    irregular: int = field(default=0)
+
+    def __str__(self) -> str:
+        reason = STOP_REASONS[self.stop_reason]
+        return (
+            f"{self.iterations} iterations, {self.moved} vertices moved, {self.seconds:.2f} s; "
+            f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
+            f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
+            f"inverted {self.inverted[0]} -> {self.inverted[1]}; stopped because {reason}."
+        )
