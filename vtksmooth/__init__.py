@@ -1,0 +1,56 @@
+"""Smoothing of surface meshes that keeps the surface.
+
+The filters are VTK algorithms; they are imported when first asked for, so ``import vtksmooth`` is quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from .errors import Cancelled, InvalidMeshError, MeshFileError, ParameterError, VtksmoothError
+
+if TYPE_CHECKING:
+    from .filters import (
+        AngleBasedSmoothing,
+        BackToSurfaceSmoothing,
+        LaplacianSmoothing,
+        SurfaceComparison,
+        SurfaceQuality,
+        TrapeziumDrawing,
+    )
+    from .kernels.parallel import number_of_threads, set_number_of_threads
+
+__version__ = version("vtksmooth")
+
+_HOMES = {
+    "number_of_threads": "vtksmooth.kernels.parallel",
+    "set_number_of_threads": "vtksmooth.kernels.parallel",
+}
+
+__all__ = [
+    "AngleBasedSmoothing",
+    "BackToSurfaceSmoothing",
+    "Cancelled",
+    "InvalidMeshError",
+    "LaplacianSmoothing",
+    "MeshFileError",
+    "ParameterError",
+    "SurfaceComparison",
+    "SurfaceQuality",
+    "TrapeziumDrawing",
+    "VtksmoothError",
+    "number_of_threads",
+    "set_number_of_threads",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module 'vtksmooth' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES.get(name, "vtksmooth.filters")), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,36 @@
+"""VTK filters: pipelines outside, arrays inside. One filter, one file."""
+
+from __future__ import annotations
+
+from .angle_based_smoothing import AngleBasedSmoothing
+from .back_to_surface_smoothing import BackToSurfaceSmoothing
+from .base import Filter
+from .laplacian_smoothing import LaplacianSmoothing
+from .parameter import Parameter
+from .smoothing import SmoothingFilter
+from .surface_comparison import SurfaceComparison
+from .surface_quality import SurfaceQuality
+from .trapezium_drawing import TrapeziumDrawing
+
+#: All filters, in the order of the documentation.
+FILTERS: tuple[type[Filter], ...] = (
+    SurfaceQuality,
+    SurfaceComparison,
+    TrapeziumDrawing,
+    LaplacianSmoothing,
+    AngleBasedSmoothing,
+    BackToSurfaceSmoothing,
+)
+
+__all__ = [
+    "FILTERS",
+    "AngleBasedSmoothing",
+    "BackToSurfaceSmoothing",
+    "Filter",
+    "LaplacianSmoothing",
+    "Parameter",
+    "SmoothingFilter",
+    "SurfaceComparison",
+    "SurfaceQuality",
+    "TrapeziumDrawing",
+]

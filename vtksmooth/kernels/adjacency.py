@@ -99,9 +99,9 @@ def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
         when the file's order is random.
     """
     rows = np.zeros(mesh.n_points + 1, np.int32)
-    columns = tuple(np.empty(len(mesh.connectivity), np.int32) for _ in range(4))
-    _sort_corners(mesh.offsets, mesh.connectivity, rows, *columns)
-    return rows, *columns
+    corners, corner_face, after, before = (np.empty(len(mesh.connectivity), np.int32) for _ in range(4))
+    _sort_corners(mesh.offsets, mesh.connectivity, rows, corners, corner_face, after, before)
+    return rows, corners, corner_face, after, before
 
 
 @kernel
@@ -232,8 +232,8 @@ def build(mesh: Mesh) -> Adjacency:
     faces = (mesh.offsets, mesh.connectivity, rows, corners, corner_face)
     ring_offsets, ring, border, border_ring = one_rings(rows, after, before)
     del after, before
-    star = (ring_offsets, ring) if mesh.only_triangles else stars(*faces)
-    return Adjacency(*faces, ring_offsets, ring, *star, border, border_ring)
+    star_offsets, star = (ring_offsets, ring) if mesh.only_triangles else stars(*faces)
+    return Adjacency(*faces, ring_offsets, ring, star_offsets, star, border, border_ring)
 
 
 @kernel

@@ -113,7 +113,10 @@ def _build(points, faces, order, centre, low, high, node_low, node_high, node): 
 
 @device
 def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
-    """Closest point of a triangle, by the regions of its plane (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    """Closest point of a triangle, by the regions of its plane.
+
+    C. Ericson, Real-Time Collision Detection (2005), section 5.1.5.
+    """
     ox = points[p0, 0]
     oy = points[p0, 1]
     oz = points[p0, 2]
@@ -296,6 +299,8 @@ class ClosestPoint:
         parallel.run(_limit, starts, ends, self._tree, points, -1.0, proposed)
 
     def limit(self, starts: Int64, ends: Int64, points: Float64, distance: float, proposed: Float64) -> None:
-        """Shorten the steps that would end farther than `distance` from the surface: half, a quarter, an
-        eighth of the step, or none."""
+        """Shorten the steps that would end farther than `distance` from the surface.
+
+        What is tried: the whole step, a half, a quarter, an eighth, none.
+        """
         parallel.run(_limit, starts, ends, self._tree, points, distance, proposed)

@@ -64,7 +64,7 @@ _announcer = _Announcer()
 event.register("numba:compile", _announcer)
 
 
-class on_compile:
+class on_compile:  # noqa: N801 (used like a function)
     """While this context is open, call ``listener(name)`` before each kernel is compiled."""
 
     def __init__(self, listener: Callable[[str], None]) -> None:

@@ -186,16 +186,17 @@ class _Run:
         mesh = self.mesh
         if self.in_place:
             self.progress(0.0, "colouring")
-            order, starts, block_colour = adjacency.colour_blocks(near, adjacency.breadth_first_order(near))
+            self.order, starts, block_colour = adjacency.colour_blocks(
+                near, adjacency.breadth_first_order(near)
+            )
             self._schedule(starts, block_colour)
         else:
-            order = self._breadth_first_if_scattered(near)
+            self.order = self._breadth_first_if_scattered(near)
             self.ranges = parallel.ranges(mesh.n_points)
-        if order is not None:
+        if self.order is not None:
             self.progress(0.0, "putting the mesh in order")
             del near
-            self.order = order
-            mesh, _ = adjacency.renumbered(mesh, order)
+            mesh, _ = adjacency.renumbered(mesh, self.order)
             near = adjacency.build(mesh)
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh, near)
@@ -295,7 +296,8 @@ class _Run:
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
 
     def _fused(self, done: float, share: float) -> Iterator[int]:
-        assert isinstance(self.scheme, TrapeziumDrawing) and self.places is not None
+        assert isinstance(self.scheme, TrapeziumDrawing)
+        assert self.places is not None
         for number, (blocks, _) in enumerate(self.classes):
             yield self.scheme.sweep(self.state, self.places, MARGIN, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")

@@ -102,7 +102,8 @@ class Mesh:
             )
         if len(used) and np.abs(coordinates).max() > _LARGEST_COORDINATE:
             raise InvalidMeshError(
-                f"Coordinates go up to {np.abs(coordinates).max():.3g}, where areas overflow; scale the mesh down."
+                f"Coordinates go up to {np.abs(coordinates).max():.3g}, where areas overflow; "
+                "scale the mesh down."
             )
 
     def with_points(self, points: npt.NDArray[np.float64]) -> Mesh:

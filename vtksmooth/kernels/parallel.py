@@ -7,6 +7,7 @@ which range never matters to a result; the ranges themselves do not depend on th
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -27,8 +28,11 @@ _pool: ThreadPoolExecutor | None = None
 
 
 def number_of_threads() -> int:
-    """Return how many threads kernels run on: what :func:`set_number_of_threads` or the environment
-    variable VTKSMOOTH_THREADS says, otherwise the processors this process may use."""
+    """Return how many threads kernels run on.
+
+    What :func:`set_number_of_threads` or the environment variable VTKSMOOTH_THREADS says, otherwise the
+    processors that this process may use.
+    """
     if _threads:
         return _threads
     asked = os.environ.get("VTKSMOOTH_THREADS", "")
@@ -71,5 +75,5 @@ def run(kernel: Callable[..., Any], starts: Int64, ends: Int64, *arguments: Any)
         return [kernel(starts, ends, *arguments)]
     # Four shares a thread even out what the system takes from a core.
     bounds = np.linspace(0, len(starts), min(len(starts), 4 * threads) + 1).astype(np.int64)
-    shares = [(starts[a:b], ends[a:b]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    shares = [(starts[a:b], ends[a:b]) for a, b in itertools.pairwise(bounds)]
     return list(_executor(threads).map(lambda share: kernel(*share, *arguments), shares))

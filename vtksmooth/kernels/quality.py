@@ -200,7 +200,7 @@ def area_vectors(mesh: Mesh) -> Float64:
 
 
 def ring_normals(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
-    """Return each vertex' sum of the area vectors of its faces, (n, 3): the area-weighted normal, not unit."""
+    """Return each vertex' area-weighted normal, not unit: the sum of its faces' area vectors, (n, 3)."""
     normals = np.empty((mesh.n_points, 3))
     parallel.run(
         _sum_at_vertices, *parallel.ranges(mesh.n_points),

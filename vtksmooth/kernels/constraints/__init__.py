@@ -6,8 +6,6 @@ on the proposals for some ranges of vertices; what is left of the proposals is c
 
 from __future__ import annotations
 
-from abc import ABC
-
 import numpy as np
 import numpy.typing as npt
 
@@ -17,7 +15,7 @@ Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
 
 
-class Constraint(ABC):
+class Constraint:
     """Something that a run must respect."""
 
     #: Whether the constraint's promise holds only when neighbours do not move at the same time.

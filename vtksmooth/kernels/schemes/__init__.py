@@ -23,7 +23,7 @@ class Scheme(ABC):
     #: Passes over the mesh that make one iteration.
     passes: int = 1
 
-    def prepare(self, state: State, turn: int) -> None:
+    def prepare(self, state: State, turn: int) -> None:  # noqa: B027 (most need nothing)
         """Compute what the proposals of pass `turn` of the iteration need of the whole mesh."""
 
     @abstractmethod

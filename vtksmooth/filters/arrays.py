@@ -1,0 +1,142 @@
+"""Polydata to arrays and back, without copies where VTK allows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
+
+from ..errors import InvalidMeshError
+from ..kernels.mesh import Mesh
+
+Int = npt.NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The faces of a polydata, and which cell each belongs to.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        Polygons first, then the triangles of the strips.
+    cells : (m,) int64
+        Number of each face's cell in the polydata.
+    n_cells : int
+        Cells of the polydata: verts, lines, polygons and strips.
+    """
+
+    mesh: Mesh
+    cells: npt.NDArray[np.int64]
+    n_cells: int
+
+
+def points_of(polydata: Any) -> npt.NDArray[Any]:
+    """Return the points, (n, 3); shared with VTK, so never write to them."""
+    points = polydata.GetPoints()
+    if points is None or points.GetNumberOfPoints() == 0:
+        return np.empty((0, 3))
+    data: npt.NDArray[Any] = vtk_to_numpy(points.GetData())
+    return data
+
+
+def cells_of(cells: Any) -> tuple[Int, Int]:
+    """Return offsets and connectivity of a vtkCellArray; shared with VTK where its storage is plain."""
+    size = cells.IsHomogeneous()
+    connectivity = cells.GetConnectivityArray()
+    try:
+        corners = vtk_to_numpy(connectivity)
+    except (AttributeError, TypeError, ValueError, AssertionError):
+        # Implicit or generic storage: VTK has no buffer to share.
+        plain = vtkIdTypeArray()
+        plain.DeepCopy(connectivity)
+        corners = vtk_to_numpy(plain)
+    if size > 0:
+        return np.arange(0, len(corners) + 1, size, dtype=np.int32), corners
+    offsets = cells.GetOffsetsArray()
+    if cells.GetNumberOfCells() == 0 or offsets is None:
+        return np.zeros(1, np.int32), np.empty(0, np.int32)
+    return vtk_to_numpy(offsets), corners
+
+
+def surface_of(polydata: Any) -> Surface:
+    """Return the surface of a vtkPolyData.
+
+    Raises
+    ------
+    InvalidMeshError
+        See :meth:`~vtksmooth.kernels.mesh.Mesh.from_arrays`.
+    """
+    offsets, corners = cells_of(polydata.GetPolys())
+    before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()
+    cells = before + np.arange(len(offsets) - 1, dtype=np.int64)
+    if polydata.GetNumberOfStrips():
+        triangles, strips = _strip_triangles(*cells_of(polydata.GetStrips()))
+        start = int(offsets[-1])
+        more = start + 3 * np.arange(1, len(triangles) + 1, dtype=np.int64)
+        offsets = np.concatenate((offsets, more))
+        cells = np.concatenate((cells, before + polydata.GetNumberOfPolys() + strips))
+        corners = np.concatenate((corners, triangles.ravel()))
+    return Surface(
+        Mesh.from_arrays(points_of(polydata), offsets, corners), cells, polydata.GetNumberOfCells()
+    )
+
+
+def _strip_triangles(offsets: Int, corners: Int) -> tuple[Int, npt.NDArray[np.int64]]:
+    # A strip p0 p1 p2 p3 ... is (p0 p1 p2), (p2 p1 p3), (p2 p3 p4), ...: every second one turned.
+    triangles = []
+    strips = []
+    for i in range(len(offsets) - 1):
+        strip = corners[offsets[i] : offsets[i + 1]]
+        if len(strip) < 3:
+            continue
+        rows = np.column_stack((strip[:-2], strip[1:-1], strip[2:]))
+        rows[1::2] = rows[1::2][:, [1, 0, 2]]
+        triangles.append(rows)
+        strips.append(np.full(len(rows), i, np.int64))
+    if not triangles:
+        return np.empty((0, 3), np.int64), np.empty(0, np.int64)
+    return np.concatenate(triangles), np.concatenate(strips)
+
+
+def vtk_array(values: npt.NDArray[Any], name: str) -> Any:
+    """Return a VTK array over the memory of `values`, which it keeps alive."""
+    array = numpy_to_vtk(np.ascontiguousarray(values))
+    array.SetName(name)
+    return array
+
+
+def vtk_points(points: npt.NDArray[Any]) -> Any:
+    """Return vtkPoints over the memory of `points` (float32 or float64), which they keep alive."""
+    result = vtkPoints()
+    result.SetData(numpy_to_vtk(np.ascontiguousarray(points)))
+    return result
+
+
+def point_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
+    """Return the point array `name` with one component, or None where there is none of that name.
+
+    Raises
+    ------
+    InvalidMeshError
+        The array has several components, or another length than the points.
+    """
+    array = polydata.GetPointData().GetArray(name)
+    if array is None:
+        return None
+    values: npt.NDArray[Any] = vtk_to_numpy(array)
+    if values.shape != (polydata.GetNumberOfPoints(),):
+        raise InvalidMeshError(
+            f"The point array {name!r} has the shape {values.shape}; it must hold one value for each point."
+        )
+    return values
+
+
+def point_array_names(polydata: Any) -> list[str]:
+    """Return the names of the point arrays."""
+    data = polydata.GetPointData()
+    return [str(data.GetArrayName(i)) for i in range(data.GetNumberOfArrays())]

@@ -1,0 +1,244 @@
+"""What all filters share: declared parameters, errors, progress, abort, composite data, pass-through."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringArray
+from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vtkFieldData, vtkPolyData
+from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
+
+from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
+from .arrays import vtk_array
+from .parameter import Parameter, add_vtk_access, documentation, parameters_of
+
+#: Least time between two progress events, seconds: observers repaint windows.
+_PROGRESS_INTERVAL = 0.02
+
+
+class Filter(VTKPythonAlgorithmBase):
+    """A VTK filter on polydata, and on composite datasets of polydata.
+
+    Subclasses declare parameters and implement :meth:`execute`. A filter may be called like a function:
+    ``result = filter(mesh)``.
+
+    Attributes
+    ----------
+    last_error : Exception or None
+        What ended the last execution. :meth:`Update` raises it; so does calling the filter.
+    """
+
+    #: Name on the command line and in reports.
+    command: ClassVar[str] = ""
+    #: Names of the inputs.
+    inputs: ClassVar[tuple[str, ...]] = ("mesh",)
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        add_vtk_access(cls)
+        if cls.command and parameters_of(cls):
+            before, heading, rest = (cls.__doc__ or "").partition("    Guarantees\n")
+            lines = documentation(cls).replace("\n", "\n    ")
+            cls.__doc__ = f"{before.rstrip()}\n\n    {lines}\n\n{heading}{rest}"
+
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(nInputPorts=len(self.inputs), inputType="vtkPolyData", outputType="vtkDataObject")
+        self.last_error: Exception | None = None
+        self._told = 0.0
+        self._share = (0.0, 1.0)
+        for name, value in parameters.items():
+            if name not in self.parameters():
+                known = ", ".join(self.parameters()) or "none"
+                raise ParameterError(f"{type(self).__name__} has no parameter {name!r}; it has: {known}.")
+            setattr(self, name, value)
+
+    @classmethod
+    def parameters(cls) -> dict[str, Parameter]:
+        """Return the declared parameters by name, in order."""
+        return parameters_of(cls)
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.parameters())
+        return f"{type(self).__name__}({values})"
+
+    # -- what subclasses do ------------------------------------------------------------------------
+
+    def execute(self, *inputs: Any) -> vtkPolyData:
+        """Return the output for vtkPolyData `inputs`, which must not be changed."""
+        raise NotImplementedError
+
+    def progress(self, fraction: float, what: str = "") -> None:
+        """Report progress (0 to 1) to VTK's observers.
+
+        Raises
+        ------
+        Cancelled
+            The filter has been asked to abort.
+        """
+        if self.GetAbortExecute() or self.CheckAbort():
+            raise Cancelled(f"{type(self).__name__} was cancelled.")
+        now = time.monotonic()
+        if now - self._told >= _PROGRESS_INTERVAL or fraction in (0.0, 1.0):
+            self._told = now
+            low, high = self._share
+            if what:
+                self.SetProgressText(what)
+            self.UpdateProgress(low + fraction * (high - low))
+            if self.GetAbortExecute():
+                raise Cancelled(f"{type(self).__name__} was cancelled.")
+
+    # -- calling from Python -----------------------------------------------------------------------
+
+    def __call__(self, *inputs: Any) -> Any:
+        """Run on `inputs` (vtkPolyData, pyvista.PolyData or composite) and return the output.
+
+        Raises
+        ------
+        InvalidMeshError, ParameterError, Cancelled
+            What ended the run.
+        """
+        if len(inputs) != len(self.inputs):
+            raise TypeError(
+                f"{type(self).__name__} takes {len(self.inputs)} inputs: {', '.join(self.inputs)}."
+            )
+        for port, data in enumerate(inputs):
+            self.SetInputDataObject(port, data)
+        try:
+            self.Update()
+            if self.last_error is not None:
+                raise self.last_error
+        finally:
+            # VTK's abort flag sticks; the next call is another run.
+            self.SetAbortExecute(0)
+        return self.GetOutputDataObject(0)
+
+    def Update(self, *arguments: Any) -> Any:
+        """Bring the output up to date, as in VTK; raise what went wrong.
+
+        An abort is no error here, as in VTK: the output is empty and `last_error` tells.
+        """
+        result = super().Update(*arguments)
+        if self.last_error is not None and not isinstance(self.last_error, Cancelled):
+            raise self.last_error
+        return result
+
+    def GetOutput(self, port: int = 0) -> Any:
+        """Return the output of the last execution."""
+        return self.GetOutputDataObject(port)
+
+    # -- VTK's side --------------------------------------------------------------------------------
+
+    def FillInputPortInformation(self, port: int, info: Any) -> int:
+        """Accept polydata and composite datasets of it."""
+        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData")
+        info.Append(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet")
+        return 1
+
+    def RequestDataObject(self, request: Any, inInfo: Any, outInfo: Any) -> int:
+        """Make the output of the type of the first input."""
+        source = vtkDataObject.GetData(inInfo[0], 0)
+        output = vtkDataObject.GetData(outInfo, 0)
+        if source is not None and (output is None or not output.IsA(_plain_class(source))):
+            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), _new_like(source))
+        return 1
+
+    def RequestData(self, request: Any, inInfo: Any, outInfo: Any) -> int:
+        """Run :meth:`execute` and turn exceptions into VTK errors."""
+        output = vtkDataObject.GetData(outInfo, 0)
+        self.last_error = None
+        try:
+            sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
+            self._execute_all(sources, output)
+        except Cancelled as cancelled:
+            self.last_error = cancelled
+        except VtksmoothError as error:
+            self.last_error = error
+            self._say(f"{type(self).__name__}: {error}")
+        except Exception as error:
+            # A defect of ours must not look like success on VTK's side either.
+            self.last_error = error
+            self._say(f"{type(self).__name__} failed: {type(error).__name__}: {error}")
+        if self.last_error is None:
+            return 1
+        output.Initialize()
+        self.SetAbortOutput(True)
+        return 0
+
+    def _execute_all(self, sources: list[Any], output: Any) -> None:
+        if not isinstance(sources[0], vtkCompositeDataSet):
+            self._share = (0.0, 1.0)
+            output.ShallowCopy(self.execute(*sources))
+            return
+        for number, source in enumerate(sources[1:], 2):
+            if not isinstance(source, vtkCompositeDataSet):
+                raise InvalidMeshError(
+                    f"Input 1 is composite and input {number} is not; give both the same blocks."
+                )
+        output.CopyStructure(sources[0])
+        leaves = sources[0].NewIterator()
+        total = done = 0
+        leaves.InitTraversal()
+        while not leaves.IsDoneWithTraversal():
+            total += 1
+            leaves.GoToNextItem()
+        leaves.InitTraversal()
+        while not leaves.IsDoneWithTraversal():
+            self._share = (done / total, (done + 1) / total)
+            blocks = [source.GetDataSet(leaves) for source in sources]
+            output.SetDataSet(leaves, self._execute_block(leaves.GetCurrentFlatIndex(), blocks))
+            done += 1
+            leaves.GoToNextItem()
+
+    def _execute_block(self, index: int, blocks: list[Any]) -> Any:
+        if not all(isinstance(block, vtkPolyData) for block in blocks):
+            names = ", ".join("nothing" if block is None else _plain_class(block) for block in blocks)
+            raise InvalidMeshError(f"Block {index} must be polydata, not {names}; extract its surface first.")
+        if blocks[0].GetNumberOfPolys() + blocks[0].GetNumberOfStrips() == 0:
+            return blocks[0]  # pieces without faces are usual in composite data
+        try:
+            return self.execute(*blocks)
+        except VtksmoothError as error:
+            if isinstance(error, Cancelled):
+                raise
+            raise type(error)(f"Block {index}: {error}") from error
+
+    def _say(self, message: str) -> None:
+        if self.HasObserver("ErrorEvent"):
+            self.InvokeEvent("ErrorEvent", message)
+        else:
+            vtkOutputWindow.GetInstance().DisplayErrorText(message + "\n")
+
+
+def _plain_class(data: Any) -> str:
+    # Objects may be of a Python subclass (pyvista.PolyData) whose name VTK does not know.
+    return next(base.__name__ for base in type(data).__mro__ if base.__module__.startswith("vtkmodules."))
+
+
+def _new_like(data: Any) -> Any:
+    return next(base for base in type(data).__mro__ if base.__module__.startswith("vtkmodules."))()
+
+
+def output_like(source: Any) -> vtkPolyData:
+    """Return a new polydata that shares everything with `source`; its field data may be added to."""
+    output = vtkPolyData()
+    output.ShallowCopy(source)
+    # VTK shares the *container* of field data between shallow copies.
+    fields = vtkFieldData()
+    fields.ShallowCopy(source.GetFieldData())
+    output.SetFieldData(fields)
+    return output
+
+
+def add_field(output: vtkPolyData, name: str, value: npt.ArrayLike | str) -> None:
+    """Add numbers or a text to the field data of `output`."""
+    if isinstance(value, str):
+        text = vtkStringArray()
+        text.SetName(name)
+        text.InsertNextValue(value)
+        output.GetFieldData().AddArray(text)
+    else:
+        output.GetFieldData().AddArray(vtk_array(np.atleast_1d(np.asarray(value)), name))

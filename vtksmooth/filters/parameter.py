@@ -1,0 +1,192 @@
+"""Parameters, declared once.
+
+A filter declares each parameter as a class attribute. From that declaration come the VTK setters and
+getters, the snake_case property, the constructor's keyword, the range check, the command line's option,
+the accessor's keyword and the documentation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..errors import ParameterError
+
+
+class Parameter:
+    """One parameter of a filter: a descriptor that checks what it is given.
+
+    Parameters
+    ----------
+    default : int, float, bool, str or None
+        Value of a new filter. Its type is the parameter's, unless `type` says otherwise.
+    help : str
+        One line that says what the parameter does.
+    low, high : float, optional
+        Smallest and largest value allowed.
+    unit : str, optional
+        Unit of the value.
+    choices : sequence of str, optional
+        All values allowed.
+    optional : bool
+        Whether None is allowed; it means "off".
+    type : type, optional
+        int, float, bool or str.
+    codes : mapping of int to str, optional
+        Integers that stand for choices, where VTK has such a convention.
+
+    Examples
+    --------
+    >>> class Thing:
+    ...     angle = Parameter(20.0, "Angle above which an edge is sharp.", low=0, high=180, unit="deg")
+    ...     def Modified(self):
+    ...         print("modified")
+    >>> thing = Thing()
+    >>> thing.angle = 30
+    modified
+    >>> thing.angle
+    30.0
+    >>> thing.angle = 200
+    Traceback (most recent call last):
+    vtksmooth.errors.ParameterError: angle must be from 0 to 180 deg, not 200.
+    """
+
+    def __init__(
+        self,
+        default: Any,
+        help: str,
+        *,
+        low: float | None = None,
+        high: float | None = None,
+        unit: str = "",
+        choices: tuple[str, ...] | None = None,
+        optional: bool = False,
+        type: type | None = None,
+        codes: Mapping[int, str] | None = None,
+    ) -> None:
+        self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
+        self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
+        self.type: Callable[[Any], Any] = type or default.__class__
+        self.name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+        return self if instance is None else instance.__dict__.get(self.name, self.default)
+
+    def __set__(self, instance: Any, value: Any) -> None:
+        value = self.check(value)
+        if value != self.__get__(instance):
+            instance.__dict__[self.name] = value
+            instance.Modified()
+
+    @property
+    def camel(self) -> str:
+        """Name in VTK's style: max_deviation becomes MaxDeviation."""
+        return "".join(word.capitalize() for word in self.name.split("_"))
+
+    @property
+    def type_name(self) -> str:
+        """Name of the type: int, float, bool or str."""
+        return str(getattr(self.type, "__name__", self.type))
+
+    @property
+    def range(self) -> str:
+        """What is allowed, in words."""
+        unit = f" {self.unit}" if self.unit else ""
+        if self.choices:
+            words = "one of " + ", ".join(self.choices)
+        elif self.type is bool:
+            words = "true or false"
+        elif self.type is str:
+            words = "a name"
+        elif self.low is not None and self.high is not None:
+            words = f"from {self.low:g} to {self.high:g}{unit}"
+        elif self.low is not None:
+            words = f"{self.low:g}{unit} or more"
+        else:
+            words = f"a number{unit and f' ({self.unit})'}"
+        return words + (", or None (off)" if self.optional else "")
+
+    def check(self, value: Any) -> Any:
+        """Return `value` in the parameter's type.
+
+        Raises
+        ------
+        ParameterError
+            The value is of the wrong type or out of range; the message names the parameter and the range.
+        """
+        if value is None and self.optional:
+            return None
+        wrong = ParameterError(f"{self.name} must be {self.range}, not {value!r}.")
+        if self.choices:
+            value = self.codes.get(value, value) if not isinstance(value, bool) else value
+            if value not in self.choices:
+                raise wrong
+            return value
+        if self.type is str:
+            if not isinstance(value, str) or not value:
+                raise wrong
+            return value
+        if value is None or isinstance(value, str):
+            raise wrong
+        try:
+            number = float(value)
+            typed = self.type(value)
+        except (TypeError, ValueError, OverflowError):
+            raise wrong from None
+        if not math.isfinite(number) or typed != number:
+            raise wrong
+        if (self.low is not None and number < self.low) or (self.high is not None and number > self.high):
+            raise wrong
+        return typed
+
+
+def parameters_of(cls: type) -> dict[str, Parameter]:
+    """Return the parameters of a class in the order of declaration, those of its bases first."""
+    found: dict[str, Parameter] = {}
+    for base in reversed(cls.__mro__):
+        found.update({name: value for name, value in vars(base).items() if isinstance(value, Parameter)})
+    return found
+
+
+def add_vtk_access(cls: type) -> None:
+    """Give `cls` SetX and GetX for each of its parameters x, and XOn and XOff for the booleans."""
+
+    def access(name: str, camel: str, boolean: bool) -> dict[str, Any]:
+        def setter(self: Any, value: Any) -> None:
+            setattr(self, name, value)
+
+        def getter(self: Any) -> Any:
+            return getattr(self, name)
+
+        def on(self: Any) -> None:
+            setattr(self, name, True)
+
+        def off(self: Any) -> None:
+            setattr(self, name, False)
+
+        methods = {f"Set{camel}": setter, f"Get{camel}": getter}
+        return methods | {f"{camel}On": on, f"{camel}Off": off} if boolean else methods
+
+    for parameter in parameters_of(cls).values():
+        for name, method in access(parameter.name, parameter.camel, parameter.type is bool).items():
+            method.__name__, method.__qualname__ = name, f"{cls.__qualname__}.{name}"
+            method.__doc__ = f"{parameter.help} ({parameter.name}: {parameter.range}.)"
+            setattr(cls, name, method)
+
+
+def documentation(cls: type) -> str:
+    """Return the numpydoc "Parameters" section of a class, made from its declarations."""
+    lines = ["Parameters", "----------"]
+    for parameter in parameters_of(cls).values():
+        kind = (
+            "{" + ", ".join(map(repr, parameter.choices)) + "}" if parameter.choices else parameter.type_name
+        )
+        default = f"default {parameter.default!r}"
+        lines.append(f"{parameter.name} : {kind}, {default}")
+        span = f" Allowed: {parameter.range}." if parameter.type in (int, float) else ""
+        lines.append(f"    {parameter.help}{span}")
+    return "\n".join(lines)

@@ -1,0 +1,125 @@
+"""SurfaceComparison: what smoothing changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from ..errors import InvalidMeshError
+from ..kernels import adjacency, measure, quality
+from ..kernels.closest_point import ClosestPoint
+from ..kernels.mesh import Mesh
+from .arrays import surface_of, vtk_array
+from .base import Filter, add_field, output_like
+from .surface_quality import add_aspect_ratio, faces_with_area, summary_of
+
+
+class SurfaceComparison(Filter):
+    """Measure a result against its original (Semenova et al., section 4).
+
+    Adds to the result the point arrays ``NormalDeviation`` (angle between vertex normals, degrees),
+    ``DihedralChange`` (largest change of the signed dihedral angle of the edges at the point, degrees),
+    ``Displacement`` (vector) and ``Deviation`` (distance to the original surface), and the cell array
+    ``AspectRatio``, signed against the original's directions. Both meshes must have the same points and
+    faces.
+
+    Attributes
+    ----------
+    summary : dict
+        The figures of ``vtksmooth compare --json``; also in the output's field data. Deviations are
+        taken both ways, from the result's points to the original and back. For open meshes
+        ``volume_change_percent`` is None; ``swept_volume`` is the volume between the two surfaces.
+
+    Examples
+    --------
+    >>> from vtkmodules.vtkFiltersSources import vtkSphereSource
+    >>> from vtksmooth import LaplacianSmoothing, SurfaceComparison
+    >>> sphere = vtkSphereSource()
+    >>> _ = sphere.Update()
+    >>> original = sphere.GetOutput()
+    >>> comparison = SurfaceComparison()
+    >>> result = comparison(LaplacianSmoothing()(original), original)
+    >>> comparison.summary["volume_change_percent"] < 0
+    True
+    """
+
+    command = "compare"
+    inputs = ("result", "original")
+
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(**parameters)
+        self.summary: dict[str, Any] = {}
+
+    def execute(self, *inputs: Any) -> vtkPolyData:
+        """Compare two polydata."""
+        result, original = inputs
+        self.progress(0.0, "comparing")
+        after, before = surface_of(result), surface_of(original)
+        _check_same_topology(after.mesh, before.mesh)
+        near = adjacency.build(before.mesh)
+        edge_ends, edge_faces = adjacency.edges(near)
+        self.progress(0.2)
+        normals = measure.normal_deviation(before.mesh, after.mesh, near)
+        dihedral = measure.dihedral_change(before.mesh, after.mesh, edge_ends, edge_faces)
+        at_points = np.zeros(before.mesh.n_points)
+        for end in range(2):
+            np.maximum.at(at_points, edge_ends[:, end], dihedral)
+        self.progress(0.4)
+        used = near.border != adjacency.ISOLATED
+        deviation, back = np.zeros(before.mesh.n_points), np.zeros(before.mesh.n_points)
+        deviation[used] = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
+        self.progress(0.7)
+        back[used] = ClosestPoint(after.mesh).query(before.mesh.points[used])[1]
+        self.progress(0.9)
+        k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh, near))
+        swept = measure.swept_volume(before.mesh, after.mesh)
+        summary = summary_of(after, near, faces_with_area(after.mesh, k))
+        diagonal = before.mesh.diagonal
+        largest = float(max(deviation.max(), back.max()))
+        volume = measure.signed_volume(before.mesh) if summary["closed"] else 0.0
+        summary |= {
+            "normal_deviation": {"max": float(normals[used].max()), "mean": float(normals[used].mean())},
+            "dihedral_change": {"max": float(dihedral.max()), "mean": float(dihedral.mean())},
+            "volume_change_percent": 100.0 * swept / abs(volume) if volume else None,
+            "swept_volume": swept,
+            "deviation": {
+                "max": largest,
+                "mean": float(np.concatenate((deviation[used], back[used])).mean()),
+                "max_relative": largest / diagonal if diagonal > 0 else 0.0,
+            },
+        }
+        self.summary = summary
+        output = output_like(result)
+        data = output.GetPointData()
+        data.AddArray(vtk_array(normals, "NormalDeviation"))
+        data.AddArray(vtk_array(at_points, "DihedralChange"))
+        data.AddArray(vtk_array(np.nan_to_num(after.mesh.points - before.mesh.points), "Displacement"))
+        data.AddArray(vtk_array(deviation, "Deviation"))
+        add_aspect_ratio(output, after, k)
+        for name, key in (
+            ("NormalDeviation", "normal_deviation"),
+            ("DihedralChange", "dihedral_change"),
+            ("Deviation", "deviation"),
+        ):
+            add_field(output, f"{name}Max", summary[key]["max"])
+            add_field(output, f"{name}Mean", summary[key]["mean"])
+        add_field(output, "SweptVolume", swept)
+        self.progress(1.0)
+        return output
+
+
+def _check_same_topology(after: Mesh, before: Mesh) -> None:
+    if after.n_points != before.n_points or after.n_faces != before.n_faces:
+        raise InvalidMeshError(
+            f"The meshes must have the same points and faces; the result has {after.n_points} points and "
+            f"{after.n_faces} faces, the original {before.n_points} and {before.n_faces}."
+        )
+    if not (
+        np.array_equal(after.offsets, before.offsets)
+        and np.array_equal(after.connectivity, before.connectivity)
+    ):
+        raise InvalidMeshError(
+            "The meshes have equally many points and faces, but the faces join other points."
+        )

@@ -1,0 +1,101 @@
+"""SurfaceQuality: the signed aspect ratio of every face."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from ..kernels import adjacency, measure, quality
+from ..kernels.mesh import Mesh
+from .arrays import Surface, surface_of, vtk_array
+from .base import Filter, add_field, output_like
+
+ASPECT_RATIO = "AspectRatio"
+
+
+def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> dict[str, Any]:
+    """Return the figures of ``vtksmooth quality --json``."""
+    mesh = surface.mesh
+    sizes = mesh.face_sizes
+    closed = measure.is_closed(near)
+    return {
+        "points": mesh.n_points,
+        "cells": {
+            "triangle": int((sizes == 3).sum()),
+            "quad": int((sizes == 4).sum()),
+            "polygon": int((sizes > 4).sum()),
+        },
+        "closed": closed,
+        "volume": measure.signed_volume(mesh) if closed else None,
+        "aspect_ratio": {
+            "min": float(k.min()),
+            "mean": float(k.mean()),
+            "histogram": quality.histogram(k),
+        },
+        "inverted": int((k < 0).sum()),
+    }
+
+
+def add_aspect_ratio(output: vtkPolyData, surface: Surface, k: np.ndarray) -> None:
+    """Add k as a cell array; a strip has the smallest k of its triangles, other cells have 1."""
+    values = np.ones(surface.n_cells)
+    np.minimum.at(values, surface.cells, k)
+    output.GetCellData().AddArray(vtk_array(values, ASPECT_RATIO))
+
+
+def faces_with_area(mesh: Mesh, k: np.ndarray) -> np.ndarray:
+    """Return k of the faces that have three corners or more: polygons of two corners are no faces."""
+    proper = k[mesh.face_sizes >= 3]
+    return proper if len(proper) else np.zeros(1)
+
+
+class SurfaceQuality(Filter):
+    """Add the cell array ``AspectRatio``: k of every face, signed (Semenova et al., sections 2.1, 3.1).
+
+    1 for the equilateral triangle, the square and regular polygons, 0 for degenerate faces, negative
+    for faces turned against the surface round them (the sum of their vertices' area-weighted normals).
+    Cells that are no faces (verts, lines) have 1 and do not enter the summary.
+
+    Attributes
+    ----------
+    summary : dict
+        The figures of ``vtksmooth quality --json``; also in the output's field data.
+
+    Examples
+    --------
+    >>> from vtkmodules.vtkFiltersSources import vtkPlaneSource
+    >>> from vtksmooth import SurfaceQuality
+    >>> plane = vtkPlaneSource()
+    >>> _ = plane.Update()
+    >>> quality = SurfaceQuality()
+    >>> result = quality(plane.GetOutput())
+    >>> quality.summary["cells"]["quad"], round(quality.summary["aspect_ratio"]["min"], 12)
+    (1, 1.0)
+    """
+
+    command = "quality"
+
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__(**parameters)
+        self.summary: dict[str, Any] = {}
+
+    def execute(self, *inputs: Any) -> vtkPolyData:
+        """Measure one polydata."""
+        (source,) = inputs
+        self.progress(0.0, "measuring")
+        surface = surface_of(source)
+        near = adjacency.build(surface.mesh)
+        self.progress(0.4)
+        k = quality.aspect_ratios(surface.mesh, quality.reference_directions(surface.mesh, near))
+        self.progress(0.8)
+        self.summary = summary_of(surface, near, faces_with_area(surface.mesh, k))
+        output = output_like(source)
+        add_aspect_ratio(output, surface, k)
+        add_field(output, "AspectRatioMin", self.summary["aspect_ratio"]["min"])
+        add_field(output, "AspectRatioMean", self.summary["aspect_ratio"]["mean"])
+        add_field(output, "AspectRatioHistogram", self.summary["aspect_ratio"]["histogram"])
+        add_field(output, "Inverted", self.summary["inverted"])
+        self.progress(1.0)
+        return output
