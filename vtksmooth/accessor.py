@@ -7,6 +7,7 @@ filters' parameter declarations.
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
@@ -17,8 +18,13 @@ from pyvista.core.utilities.observers import ProgressMonitor
 from .filters import FILTERS, Filter
 
 
+def method_name(cls: type[Filter]) -> str:
+    """Return the name of a filter's method: TrapeziumDrawing becomes trapezium_drawing."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
+
+
 def _method(cls: type[Filter]) -> Callable[..., Any]:
-    name = cls.command.replace("-", "_")
+    name = method_name(cls)
     others = cls.inputs[1:]
 
     def method(
@@ -89,4 +95,4 @@ class VtksmoothAccessor:
 
 
 for _filter in FILTERS:
-    setattr(VtksmoothAccessor, _filter.command.replace("-", "_"), _method(_filter))
+    setattr(VtksmoothAccessor, method_name(_filter), _method(_filter))

@@ -48,6 +48,7 @@ class Filter(VTKPythonAlgorithmBase):
     def __init__(self, **parameters: Any) -> None:
         super().__init__(nInputPorts=len(self.inputs), inputType="vtkPolyData", outputType="vtkDataObject")
         self.last_error: Exception | None = None
+        self._will_raise = False
         self._told = 0.0
         self._share = (0.0, 1.0)
         for name, value in parameters.items():
@@ -121,10 +122,18 @@ class Filter(VTKPythonAlgorithmBase):
 
         An abort is no error here, as in VTK: the output is empty and `last_error` tells.
         """
-        result = super().Update(*arguments)
+        self._will_raise = True
+        try:
+            result = super().Update(*arguments)
+        finally:
+            self._will_raise = False
         if self.last_error is not None and not isinstance(self.last_error, Cancelled):
             raise self.last_error
         return result
+
+    def SetInputData(self, *arguments: Any) -> None:
+        """Set the data of input 0, or with two arguments of the input named first."""
+        self.SetInputDataObject(*arguments)
 
     def GetOutput(self, port: int = 0) -> Any:
         """Return the output of the last execution."""
@@ -166,7 +175,9 @@ class Filter(VTKPythonAlgorithmBase):
             return 1
         output.Initialize()
         self.SetAbortOutput(True)
-        return 0
+        # "Failure" makes the executive print that a request failed. That is for those who pull on this
+        # filter from downstream: an abort is none, and Update() is about to raise the exception itself.
+        return int(self._will_raise or isinstance(self.last_error, Cancelled))
 
     def _execute_all(self, sources: list[Any], output: Any) -> None:
         if not isinstance(sources[0], vtkCompositeDataSet):
@@ -209,7 +220,7 @@ class Filter(VTKPythonAlgorithmBase):
     def _say(self, message: str) -> None:
         if self.HasObserver("ErrorEvent"):
             self.InvokeEvent("ErrorEvent", message)
-        else:
+        elif not self._will_raise:
             vtkOutputWindow.GetInstance().DisplayErrorText(message + "\n")
 
 
