@@ -122,7 +122,8 @@ class Parameter:
             return None
         wrong = ParameterError(f"{self.name} must be {self.range}, not {value!r}.")
         if self.choices:
-            value = self.codes.get(value, value) if not isinstance(value, bool) else value
+            if isinstance(value, int) and not isinstance(value, bool):
+                value = self.codes.get(value, value)
             if value not in self.choices:
                 raise wrong
             return value

@@ -1,0 +1,78 @@
+"""``mesh.vtksmooth``: the same results as the filters, found without an import."""
+
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from vtksmooth.accessor import method_name
+from vtksmooth.errors import InvalidMeshError, ParameterError
+from vtksmooth.filters import FILTERS, SmoothingFilter, TrapeziumDrawing
+
+
+@pytest.fixture
+def ant() -> pv.PolyData:
+    return pv.read(pv.examples.antfile)
+
+
+def test_found_without_an_import() -> None:
+    code = "import pyvista as pv; print(pv.Sphere().vtksmooth.laplacian_smoothing(iterations=1).n_points)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == str(pv.Sphere().n_points)
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_every_filter_has_a_method_with_its_parameters(cls: type, ant: pv.PolyData) -> None:
+    signature = inspect.signature(getattr(ant.vtksmooth, method_name(cls)))
+    names = [*cls.inputs[1:], *cls.parameters(), "inplace", "progress_bar"]
+    assert list(signature.parameters) == names
+
+
+@pytest.mark.parametrize("cls", [cls for cls in FILTERS if issubclass(cls, SmoothingFilter)])
+def test_matches_the_filter_and_leaves_the_source(cls: type, ant: pv.PolyData) -> None:
+    before = ant.points.copy()
+    result = getattr(ant.vtksmooth, method_name(cls))(iterations=3)
+    assert isinstance(result, pv.PolyData)
+    np.testing.assert_array_equal(result.points, pv.wrap(cls(iterations=3)(ant)).points)
+    np.testing.assert_array_equal(ant.points, before)
+    assert not np.array_equal(result.points, before)
+
+
+def test_inplace_changes_and_returns_the_mesh(ant: pv.PolyData) -> None:
+    expected = ant.vtksmooth.trapezium_drawing(iterations=2).points
+    result = ant.vtksmooth.trapezium_drawing(iterations=2, inplace=True)
+    assert result is ant
+    np.testing.assert_array_equal(ant.points, expected)
+
+
+def test_comparison_takes_the_original(ant: pv.PolyData) -> None:
+    result = ant.vtksmooth.trapezium_drawing()
+    for compared in (
+        result.vtksmooth.surface_comparison(ant),
+        result.vtksmooth.surface_comparison(original=ant),
+    ):
+        assert {"NormalDeviation", "DihedralChange", "Displacement", "Deviation"} <= set(compared.point_data)
+    with pytest.raises(TypeError, match="original"):
+        result.vtksmooth.surface_comparison()
+
+
+def test_quality(ant: pv.PolyData) -> None:
+    k = ant.vtksmooth.surface_quality()["AspectRatio"]
+    assert len(k) == ant.n_cells
+    assert k.min() > 0
+
+
+def test_errors_are_exceptions(ant: pv.PolyData) -> None:
+    with pytest.raises(ParameterError, match="iterations must be 0 or more, not -1"):
+        ant.vtksmooth.trapezium_drawing(iterations=-1)
+    with pytest.raises(InvalidMeshError, match="no points"):
+        pv.PolyData().vtksmooth.trapezium_drawing()
+
+
+def test_progress_bar(ant: pv.PolyData, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("tqdm")
+    ant.vtksmooth.trapezium_drawing(progress_bar=True)
+    assert TrapeziumDrawing.__name__ in capsys.readouterr().err
