@@ -17,7 +17,18 @@ Int32 = npt.NDArray[np.int32]
 
 @device
 def _angle(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
-    # Angle between two vectors, radians, good for small angles too; 0 if one of them vanishes.
+    # Angle between two vectors, radians, good for small angles too; 0 if one of them vanishes. Made unit
+    # first: squares of cross products of areas would leave the range of float64.
+    a = np.sqrt(ax * ax + ay * ay + az * az)
+    b = np.sqrt(bx * bx + by * by + bz * bz)
+    if a == 0.0 or b == 0.0:
+        return 0.0
+    ax /= a
+    ay /= a
+    az /= a
+    bx /= b
+    by /= b
+    bz /= b
     nx = ay * bz - az * by
     ny = az * bx - ax * bz
     nz = ax * by - ay * bx
