@@ -20,6 +20,12 @@ Int64 = npt.NDArray[np.int64]
 #: Triangles in a leaf.
 LEAF = 4
 
+#: Square of the sine below which the corners of a triangle count as lying in line.
+FLAT = 1e-20
+
+#: Diagonals that differ by less than this part are equal: rounding must not choose, differently in each pose.
+EQUAL_LENGTHS = 1e-12
+
 
 def triangles(mesh: Mesh) -> npt.NDArray[np.int32]:
     """Return the faces as triangles, (t, 3): polygons as fans, quadrilaterals along the shorter diagonal."""
@@ -31,7 +37,8 @@ def triangles(mesh: Mesh) -> npt.NDArray[np.int32]:
         corners = mesh.connectivity[mesh.offsets[:-1][sizes == size][:, None] + np.arange(size)]
         if size == 4:
             p = mesh.points[corners]
-            turned = np.linalg.norm(p[:, 1] - p[:, 3], axis=1) < np.linalg.norm(p[:, 0] - p[:, 2], axis=1)
+            usual, other = (np.linalg.norm(p[:, i] - p[:, i + 2], axis=1) for i in (0, 1))
+            turned = other < usual * (1.0 - EQUAL_LENGTHS)
             corners[turned] = np.roll(corners[turned], -1, axis=1)
         parts += [corners[:, [0, i, i + 1]] for i in range(1, size - 1)]
     return np.ascontiguousarray(np.concatenate(parts)) if parts else np.empty((0, 3), np.int32)
@@ -129,11 +136,15 @@ def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
     qx = x - ox
     qy = y - oy
     qz = z - oz
+    cx = bx - ax
+    cy = by - ay
+    cz = bz - az
     aa = ax * ax + ay * ay + az * az
-    ab = ax * bx + ay * by + az * bz
     bb = bx * bx + by * by + bz * bz
+    cc = cx * cx + cy * cy + cz * cz
     aq = ax * qx + ay * qy + az * qz
     bq = bx * qx + by * qy + bz * qz
+    ab = ax * bx + ay * by + az * bz
     s = 0.0
     t = 0.0
     if aq <= 0.0 and bq <= 0.0:
@@ -143,21 +154,41 @@ def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
     elif bq >= bb and aq - ab <= bq - bb:
         t = 1.0  # the corner p2
     else:
-        determinant = aa * bb - ab * ab
-        vs = bb * aq - ab * bq
-        vt = aa * bq - ab * aq
-        if vt <= 0.0 and 0.0 <= aq <= aa:
-            s = aq / aa if aa > 0.0 else 0.0  # the side p0 p1
+        # Barycentric coordinates by cross products: with dot products alone needles lose twice the digits.
+        nx = ay * bz - az * by
+        ny = az * bx - ax * bz
+        nz = ax * by - ay * bx
+        square = nx * nx + ny * ny + nz * nz
+        vs = nx * (qy * bz - qz * by) + ny * (qz * bx - qx * bz) + nz * (qx * by - qy * bx)
+        vt = nx * (ay * qz - az * qy) + ny * (az * qx - ax * qz) + nz * (ax * qy - ay * qx)
+        along_a = min(1.0, max(0.0, aq / aa)) if aa > 0.0 else 0.0
+        along_b = min(1.0, max(0.0, bq / bb)) if bb > 0.0 else 0.0
+        cq = (qx - ax) * cx + (qy - ay) * cy + (qz - az) * cz
+        along_c = min(1.0, max(0.0, cq / cc)) if cc > 0.0 else 0.0
+        if square <= FLAT * aa * bb:
+            # Corners in line have no plane: the nearest of the three sides.
+            best = np.inf
+            for side in range(3):
+                u = along_a if side == 0 else (1.0 - along_c if side == 2 else 0.0)
+                v = along_b if side == 1 else (along_c if side == 2 else 0.0)
+                dx = qx - u * ax - v * bx
+                dy = qy - u * ay - v * by
+                dz = qz - u * az - v * bz
+                distance = dx * dx + dy * dy + dz * dz
+                if distance < best:
+                    best = distance
+                    s = u
+                    t = v
+        elif vt <= 0.0 and 0.0 <= aq <= aa:
+            s = along_a  # the side p0 p1
         elif vs <= 0.0 and 0.0 <= bq <= bb:
-            t = bq / bb if bb > 0.0 else 0.0  # the side p0 p2
-        elif determinant - vs - vt <= 0.0:
-            side = aa - 2.0 * ab + bb  # the side p1 p2
-            t = (bq - ab + aa - aq) / side if side > 0.0 else 0.0
-            t = min(1.0, max(0.0, t))
+            t = along_b  # the side p0 p2
+        elif square - vs - vt <= 0.0:
+            t = along_c  # the side p1 p2
             s = 1.0 - t
-        elif determinant > 0.0:
-            s = vs / determinant
-            t = vt / determinant
+        else:
+            s = vs / square
+            t = vt / square
     return ox + s * ax + t * bx, oy + s * ay + t * by, oz + s * az + t * bz
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidMeshError
+from .compiled import kernel
 
 #: Topology is kept in 32 bits: half the memory traffic of 64, and no mesh of 700 million triangles
 #: fits the rest of the machine.
@@ -43,8 +44,8 @@ class Mesh:
         Raises
         ------
         InvalidMeshError
-            There are no points or no faces; an index is out of range; a point that a face uses is
-            not finite, or so large that areas overflow.
+            There are no points or no faces; offsets or indices are no integers, or out of range; a point
+            that a face uses is not finite, or so large that areas overflow.
         """
         points = np.ascontiguousarray(points, dtype=np.float64)
         raw_offsets, raw_connectivity = np.asarray(offsets), np.asarray(connectivity)
@@ -52,8 +53,12 @@ class Mesh:
             raise InvalidMeshError(f"points must have the shape (n, 3), not {points.shape}.")
         if len(points) == 0:
             raise InvalidMeshError("The mesh is empty: it has no points.")
+        if raw_offsets.ndim != 1 or raw_connectivity.ndim != 1:
+            raise InvalidMeshError("Offsets and connectivity must be one-dimensional arrays.")
         if len(raw_offsets) < 2:
             raise InvalidMeshError("The mesh has no faces; smoothing needs a surface of polygons.")
+        if any(len(raw) and raw.dtype.kind not in "iu" for raw in (raw_offsets, raw_connectivity)):
+            raise InvalidMeshError("Offsets and connectivity must be integers.")
         if max(len(raw_connectivity), len(points)) > _INDEX_LIMIT:
             raise InvalidMeshError("The mesh has more than 2^31 points or corners; split it into parts.")
         if (
@@ -133,6 +138,18 @@ class Mesh:
     @property
     def diagonal(self) -> float:
         """Length of the bounding box's diagonal, over the points that faces use."""
-        used = self.points[self.connectivity] if len(self.connectivity) < self.n_points else self.points
-        finite = used[np.isfinite(used).all(axis=1)] if not np.isfinite(used).all() else used
-        return float(np.linalg.norm(finite.max(axis=0) - finite.min(axis=0))) if len(finite) else 0.0
+        if not len(self.connectivity):
+            return 0.0
+        low, high = _bounding_box(self.points, self.connectivity)
+        return float(np.linalg.norm(high - low))
+
+
+@kernel
+def _bounding_box(points, connectivity):  # type: ignore[no-untyped-def]
+    low = np.full(3, np.inf)
+    high = np.full(3, -np.inf)
+    for c in range(connectivity.size):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[connectivity[c], axis])
+            high[axis] = max(high[axis], points[connectivity[c], axis])
+    return low, high

@@ -226,7 +226,10 @@ def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
 
 
 def aspect_ratios(mesh: Mesh, reference: Float64) -> Float64:
-    """Return the signed aspect ratio k of every face, (m,), in [-1, 1].
+    """Return the signed aspect ratio k of every face, (m,).
+
+    At most 1 for triangles and plane quadrilaterals. Bent polygons can exceed 1, concave and crossed ones
+    can go below -1.
 
     Parameters
     ----------
