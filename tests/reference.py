@@ -1,0 +1,301 @@
+"""Slow, obvious versions of what the kernels compute: written from the definitions, face by face."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+
+import numpy as np
+from meshes import lists
+
+# -- neighbourhoods --------------------------------------------------------------------------------
+
+
+def directed_edges(mesh):
+    """{(p, q): faces that run from p to q}."""
+    found = defaultdict(list)
+    for number, face in enumerate(lists(mesh)):
+        for i, p in enumerate(face):
+            found[p, face[(i + 1) % len(face)]].append(number)
+    return found
+
+
+def one_rings(mesh):
+    rings = [set() for _ in range(mesh.n_points)]
+    for p, q in directed_edges(mesh):
+        if p != q:
+            rings[p].add(q)
+            rings[q].add(p)
+    return rings
+
+
+def stars(mesh):
+    result = [set() for _ in range(mesh.n_points)]
+    for face in lists(mesh):
+        for p in face:
+            result[p].update(face)
+    return [star - {p} for p, star in enumerate(result)]
+
+
+def borders(mesh):
+    """Per point: kind (0 interior, 1 border, 2 irregular, 3 isolated), previous and next on the boundary."""
+    edges, rings = directed_edges(mesh), one_rings(mesh)
+    used, bad = set(mesh.connectivity.tolist()), set()
+    for face in lists(mesh):
+        for p in face:
+            if len(face) < 3 or face.count(p) > 1:
+                bad.add(p)
+        # Going out and coming back along one edge makes the point in between irregular.
+        bad.update(p for i, p in enumerate(face) if face[i - 1] == face[(i + 1) % len(face)])
+    kinds, along = [], []
+    for p, ring in enumerate(rings):
+        before = [q for q in ring if len(edges[q, p]) == 1 and not edges[p, q]]
+        after = [q for q in ring if len(edges[p, q]) == 1 and not edges[q, p]]
+        inner = [q for q in ring if len(edges[p, q]) == 1 and len(edges[q, p]) == 1]
+        regular = p not in bad and len(before) + len(after) + len(inner) == len(ring)
+        if p not in used:
+            kinds.append(3)
+        elif regular and not before and not after:
+            kinds.append(0)
+        elif regular and len(before) == 1 and len(after) == 1:
+            kinds.append(1)
+        else:
+            kinds.append(2)
+        along.append((before[0], after[0]) if kinds[-1] == 1 else (-1, -1))
+    return kinds, along
+
+
+# -- quality and measures --------------------------------------------------------------------------
+
+
+def triangle_area_vector(a, b, c):
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def area_vectors(mesh):
+    zero = np.zeros(3)
+    return np.array(
+        [
+            sum(
+                (triangle_area_vector(zero, a, b) for a, b in zip(p, np.roll(p, -1, axis=0), strict=True)),
+                zero,
+            )
+            if len(p)
+            else zero
+            for p in (mesh.points[face] - (mesh.points[face[0]] if face else 0.0) for face in lists(mesh))
+        ]
+    )
+
+
+def vertex_normals(mesh):
+    """Area-weighted, not of unit length."""
+    normals = np.zeros((mesh.n_points, 3))
+    for face, area in zip(lists(mesh), area_vectors(mesh), strict=True):
+        for p in face:
+            normals[p] += area
+    return normals
+
+
+def reference_directions(mesh):
+    normals = vertex_normals(mesh)
+    return np.array([normals[face].sum(axis=0) for face in lists(mesh)])
+
+
+def _unscaled(corners, direction):
+    n = len(corners)
+    areas = []
+    for i in range(n):
+        vector = triangle_area_vector(corners[i], corners[(i + 1) % n], corners[i - 1])
+        areas.append(np.linalg.norm(vector) * (-1 if vector @ direction < 0 else 1))
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+    longest = max(np.linalg.norm(p - q) for p in corners for q in corners)
+    bottom = np.sqrt((sides**2).sum()) * longest
+    return min(areas) / bottom if bottom > 0 else 0.0
+
+
+def regular_polygon(n):
+    angle = 2 * np.pi * np.arange(n) / n
+    return np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])
+
+
+def aspect_ratio(corners, direction):
+    """k of one face, ALGORITHMS section 0; polygons like quadrilaterals, scaled to 1 for the regular one."""
+    if len(corners) < 3:
+        return 0.0
+    if len(corners) == 3:
+        vector = triangle_area_vector(*corners)
+        squares = ((corners - np.roll(corners, 1, axis=0)) ** 2).sum()
+        sign = -1 if vector @ direction < 0 else 1
+        return 4 * np.sqrt(3) * sign * np.linalg.norm(vector) / squares if squares > 0 else 0.0
+    if len(corners) == 4:
+        return 4 * np.sqrt(2) * _unscaled(corners, direction)
+    return _unscaled(corners, direction) / _unscaled(regular_polygon(len(corners)), np.array([0.0, 0, 1]))
+
+
+def aspect_ratios(mesh, reference):
+    return np.array([aspect_ratio(mesh.points[f], r) for f, r in zip(lists(mesh), reference, strict=True)])
+
+
+def corner_angles(mesh):
+    """All angles of all faces, degrees."""
+    angles = []
+    for face in lists(mesh):
+        for i, p in enumerate(face):
+            a, b = (
+                mesh.points[face[i - 1]] - mesh.points[p],
+                mesh.points[face[(i + 1) % len(face)]] - mesh.points[p],
+            )
+            angles.append(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
+    return np.array(angles)
+
+
+def volume(mesh):
+    """Tetrahedra from the middle; quadrilaterals as the mean of both ways to cut them."""
+    points = mesh.points - mesh.points[np.unique(mesh.connectivity)].mean(axis=0)
+    total = 0.0
+    for face in lists(mesh):
+        p = points[face]
+        if len(face) == 3:
+            cuts = [[(0, 1, 2)]]
+        elif len(face) == 4:
+            cuts = [[(0, 1, 2), (0, 2, 3)], [(0, 1, 3), (1, 2, 3)]]
+        else:
+            p = np.vstack([p, p.mean(axis=0)])
+            cuts = [[(len(face), i, (i + 1) % len(face)) for i in range(len(face))]]
+        total += sum(np.linalg.det(p[list(t)]) / 6 for cut in cuts for t in cut) / len(cuts)
+    return total
+
+
+def dihedral_angles(mesh):
+    """{(p, q): signed angle in degrees} for edges with two faces that agree; p < q."""
+    area, edges = area_vectors(mesh), directed_edges(mesh)
+    result = {}
+    for (p, q), faces in list(edges.items()):
+        back = edges.get((q, p), [])
+        if p < q and len(faces) == 1 and len(back) == 1:
+            m, n = (area[f] / np.linalg.norm(area[f]) for f in (faces[0], back[0]))
+            angle = np.degrees(np.arccos(np.clip(m @ n, -1, 1)))
+            result[p, q] = np.copysign(angle, np.cross(m, n) @ (mesh.points[q] - mesh.points[p]))
+    return result
+
+
+def triangles(mesh):
+    """Fans; quadrilaterals along the shorter diagonal."""
+    result = []
+    for face in lists(mesh):
+        p = mesh.points[face]
+        if len(face) == 4 and np.linalg.norm(p[1] - p[3]) < np.linalg.norm(p[0] - p[2]):
+            face = face[1:] + face[:1]
+        result += [[face[0], face[i], face[i + 1]] for i in range(1, len(face) - 1)]
+    return result
+
+
+def closest_on_segment(a, b, q):
+    length = (b - a) @ (b - a)
+    s = np.clip((q - a) @ (b - a) / length, 0, 1) if length > 0 else 0.0
+    return a + s * (b - a)
+
+
+def distance_to_triangle(a, b, c, q):
+    """The least of the distances to the three sides and, where the foot is inside, to the plane."""
+    best = min(np.linalg.norm(closest_on_segment(*side, q) - q) for side in ((a, b), (b, c), (c, a)))
+    normal = np.cross(b - a, c - a)
+    square = normal @ normal
+    if square > 0:
+        inside = [np.cross(t - s, q - s) @ normal for s, t in ((a, b), (b, c), (c, a))]
+        if min(inside) >= 0:
+            best = min(best, abs((q - a) @ normal) / np.sqrt(square))
+    return best
+
+
+# -- schemes: the proposal for one vertex ------------------------------------------------------------
+
+
+def mean_step(points, v, neighbours, weights, relaxation):
+    total = sum(weights)
+    if total == 0:
+        return points[v]
+    step = sum(w * (points[q] - points[v]) for q, w in zip(neighbours, weights, strict=True)) / total
+    return points[v] + relaxation * step
+
+
+def umbrella(points, v, ring, relaxation):
+    return mean_step(points, v, ring, [1.0] * len(ring), relaxation)
+
+
+def scale_dependent(points, v, ring, relaxation):
+    ring = [q for q in ring if (points[q] != points[v]).any()]
+    return mean_step(points, v, ring, [1 / np.linalg.norm(points[q] - points[v]) for q in ring], relaxation)
+
+
+def cotangent(mesh, v, relaxation):
+    """Faces as fans from v; the weight of an edge is the sum over its faces, negative ones count as 0."""
+    points, weight = mesh.points, defaultdict(float)
+
+    def cot(at, one, other):
+        a, b = points[one] - points[at], points[other] - points[at]
+        area = np.linalg.norm(np.cross(a, b))
+        return a @ b / area if area > 0 else 0.0
+
+    for face in lists(mesh):
+        if v in face:
+            at = face.index(v)
+            rest = face[at + 1 :] + face[:at]
+            for p, q in pairwise(rest):
+                weight[p] += cot(q, v, p)
+                weight[q] += cot(p, v, q)
+    kept = {q: w for q, w in weight.items() if w > 0}
+    return mean_step(points, v, list(kept), list(kept.values()), relaxation)
+
+
+def thin_plate(points, rings, kinds, v, relaxation):
+    def laplacian(q):
+        return points[list(rings[q])].mean(axis=0) - points[q] if kinds[q] == 0 else np.zeros(3)
+
+    ring = rings[v]
+    second = np.mean([laplacian(q) for q in ring], axis=0) - laplacian(v)
+    nu = 1 + np.mean([1 / len(rings[q]) for q in ring])
+    return points[v] - relaxation / nu * second
+
+
+def trapezium(points, v, neighbours):
+    """ALGORITHMS section 1, word by word."""
+    p0 = points[v]
+    wanted = []
+    neighbours = [q for q in neighbours if (points[q] != p0).any()]
+    for i in neighbours:
+        others = [j for j in neighbours if j != i]
+        if not others:
+            continue
+
+        def cosine(j, i=i):
+            a, b = points[i] - p0, points[j] - p0
+            return a @ b / np.linalg.norm(a) / np.linalg.norm(b)
+
+        j = min(others, key=cosine)
+        chord = points[i] - points[j]
+        length = np.linalg.norm(chord)
+        u = chord / length if length > 0 else np.zeros(3)
+        middle = (points[i] + points[j]) / 2
+        wanted.append(p0 + ((middle - p0) @ u) * u)
+    return np.mean(wanted, axis=0) if wanted else p0
+
+
+def angle_based(mesh, v, weighted):
+    """In the plane z = 0: every spoke turned about its outer end onto the bisector there; the mean."""
+    points = mesh.points[:, 0] + 1j * mesh.points[:, 1]
+    after, before = {}, {}
+    for face in lists(mesh):
+        if v in face:
+            at, n = face.index(v), len(face)
+            after[face[(at + 1) % n]] = face[(at + 2) % n]
+            before[face[at - 1]] = face[at - 2]
+    wanted, weights = [], []
+    for q in after.keys() & before.keys():
+        spoke = points[v] - points[q]
+        right = np.angle((points[before[q]] - points[q]) / spoke)  # anticlockwise from the spoke
+        left = np.angle((points[after[q]] - points[q]) / spoke)  # clockwise, so negative
+        wanted.append(points[q] + spoke * np.exp(0.5j * (right + left)))
+        weights.append(1 / (right - left) ** 2 if weighted else 1.0)
+    place = np.average(wanted, weights=weights)
+    return np.array([place.real, place.imag, 0.0])
