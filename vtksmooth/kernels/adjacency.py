@@ -391,8 +391,38 @@ def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
 
 
 @kernel
-def edges(near):  # type: ignore[no-untyped-def]
-    """Return the edges of an :class:`Adjacency` once each, and the two faces of the regular ones.
+def _edges(
+    ring_offsets, ring, corner_offsets, corners, corner_face, offsets, connectivity, place, ends, faces
+):  # type: ignore[no-untyped-def]
+    n = ring_offsets.size - 1
+    k = 0
+    for v in range(n):
+        start = k
+        for r in range(ring_offsets[v], ring_offsets[v + 1]):
+            w = ring[r]
+            if w > v:
+                ends[k, 0] = v
+                ends[k, 1] = w
+                place[w] = k
+                k += 1
+        for i in range(corner_offsets[v], corner_offsets[v + 1]):
+            c = corners[i]
+            f = corner_face[c]
+            a = offsets[f]
+            size = offsets[f + 1] - a
+            for side in range(2):
+                w = connectivity[a + (c - a + (1 if side == 0 else size - 1)) % size]
+                e = place[w]
+                if w > v and e >= start:
+                    faces[e, side] = f if faces[e, side] == -1 else -2
+        for e in range(start, k):
+            if faces[e, 0] == -2 or faces[e, 1] == -2:
+                faces[e, 0] = -1
+                faces[e, 1] = -1
+
+
+def edges(near: Adjacency) -> tuple[Int32, Int32]:
+    """Return the edges once each, and the two faces of the regular ones.
 
     Returns
     -------
@@ -402,41 +432,11 @@ def edges(near):  # type: ignore[no-untyped-def]
         The face where the edge runs from ``ends[0]`` to ``ends[1]`` and the one where it runs back;
         -1 for what is missing, both -1 where more faces meet or orientations disagree.
     """
-    n = near.ring_offsets.size - 1
-    count = 0
-    for v in range(n):
-        for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
-            if near.ring[r] > v:
-                count += 1
-    ends = np.empty((count, 2), np.int32)
-    faces = np.full((count, 2), -1, np.int32)
-    place = np.full(n, -1, np.int64)
-    k = 0
-    for v in range(n):
-        start = k
-        for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
-            w = near.ring[r]
-            if w > v:
-                ends[k, 0] = v
-                ends[k, 1] = w
-                place[w] = k
-                k += 1
-        for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-            c = near.corners[i]
-            f = near.corner_face[c]
-            a = near.offsets[f]
-            b = near.offsets[f + 1]
-            after = near.connectivity[c + 1] if c + 1 < b else near.connectivity[a]
-            before = near.connectivity[c - 1] if c > a else near.connectivity[b - 1]
-            for side in range(2):
-                w = after if side == 0 else before
-                e = place[w]
-                if w > v and e >= start:
-                    faces[e, side] = f if faces[e, side] == -1 else -2
-        for e in range(start, k):
-            if faces[e, 0] == -2 or faces[e, 1] == -2:
-                faces[e, 0] = -1
-                faces[e, 1] = -1
+    n = len(near.border)
+    count = len(near.ring) // 2  # every edge stands in two rings
+    ends, faces = np.empty((count, 2), np.int32), np.full((count, 2), -1, np.int32)
+    near_faces = (near.corner_offsets, near.corners, near.corner_face, near.offsets, near.connectivity)
+    _edges(near.ring_offsets, near.ring, *near_faces, np.full(n, -1, np.int32), ends, faces)
     return ends, faces
 
 
