@@ -1,0 +1,99 @@
+"""The examples run as a user runs them, and so do the README's snippets; each checks itself."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import pyvista as pv
+from pyvista import examples
+
+ROOT = Path(__file__).parents[1]
+
+
+def run(folder, *command):
+    return subprocess.run(
+        [sys.executable, *command],
+        cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def drawing(tmp_path_factory):
+    # Without OpenGL, VTK ends the process.
+    code = "import pyvista; plotter = pyvista.Plotter(off_screen=True); plotter.screenshot('blank.png')"
+    if run(tmp_path_factory.mktemp("drawing"), "-c", code).returncode:
+        pytest.skip("drawing without a window needs OpenGL (libegl1 and libgl1)")
+
+
+def test_every_example_is_tested():
+    numbers = [path.name[:2] for path in sorted((ROOT / "examples").glob("*.py"))]
+    assert numbers == ["01", "02", "03"]
+
+
+def test_vtk_pipeline(tmp_path):
+    done = run(tmp_path, ROOT / "examples" / "01_vtk_pipeline.py")
+    assert done.returncode == 0, done.stderr
+    assert "as it should be, refused: There is no point array 'NoSuchArray'" in done.stdout
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.usefixtures("drawing")
+def test_pyvista_before_after(tmp_path):
+    done = run(tmp_path, ROOT / "examples" / "02_pyvista_before_after.py", "--output", "picture.png")
+    assert done.returncode == 0, done.stderr
+    image = pv.read(tmp_path / "picture.png")
+    assert image.dimensions[:2] == (1400, 700)
+    assert image.point_data.active_scalars.std() > 10
+
+
+def test_batch_of_samples(tmp_path):
+    done = run(tmp_path, ROOT / "examples" / "03_batch_folder.py", "--output", tmp_path / "results")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"(?m)^ant\.ply +486 ", done.stdout)
+    assert re.search(r"(?m)^broken\.ply .*broken\.ply", done.stdout)
+    assert sorted(path.name for path in (tmp_path / "results").iterdir()) == [
+        "airplane_smooth.vtp",
+        "ant_smooth.vtp",
+    ]
+
+
+def test_batch_of_a_folder_of_ones_own(tmp_path):
+    (tmp_path / "a.ply").write_text("not a mesh", encoding="utf-8")
+    (tmp_path / "b.ply").write_bytes(Path(examples.antfile).read_bytes())
+    (tmp_path / "notes.txt").write_text("not to be read", encoding="utf-8")
+    done = run(tmp_path, ROOT / "examples" / "03_batch_folder.py", tmp_path)
+    assert done.returncode == 1
+    assert (tmp_path / "smooth" / "b_smooth.vtp").exists()
+    assert "notes.txt" not in done.stdout
+
+
+def snippets(language):
+    return re.findall(
+        rf"```{language}\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_python_snippets_of_the_readme(tmp_path, number):
+    found = snippets("python")
+    assert len(found) == 2
+    (tmp_path / "part.ply").write_bytes(Path(examples.antfile).read_bytes())
+    done = run(tmp_path, "-W", "error", "-c", found[number])
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "better.vtp").exists()
+    assert done.stdout
+
+
+def test_command_line_snippet_of_the_readme(tmp_path):
+    (found,) = [text for text in snippets("console") if "trapezium-drawing" in text]
+    commands = [line.removeprefix("$ ") for line in found.splitlines() if line.startswith("$ ")]
+    assert len(commands) >= 3
+    (tmp_path / "part.ply").write_bytes(Path(examples.antfile).read_bytes())
+    for command in commands:
+        program, *arguments = command.split()
+        assert program == "vtksmooth"
+        done = run(tmp_path, "-c", "import sys; from vtksmooth.cli import main; sys.exit(main())", *arguments)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "better.vtp").exists()

@@ -1,0 +1,122 @@
+"""Imports run one way: kernels <- filters <- accessor and files <- demo and cli."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vtksmooth
+
+PACKAGE = Path(vtksmooth.__file__).parent
+ROOT = PACKAGE.parent
+
+#: What a layer may import besides the standard library and the layers below it.
+FOREIGN = [
+    set(),
+    {"numpy", "numba", "scipy"},
+    {"numpy", "vtkmodules"},
+    {"numpy", "vtkmodules", "pyvista"},
+    {"numpy", "vtkmodules", "pyvista", "matplotlib"},
+]
+LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3, "off": 3, "ply": 3}
+TOP = len(FOREIGN) - 1
+
+
+def layer(module):
+    """The layer of a dotted name within the package; what is not named above is on top."""
+    parts = module.split(".")
+    return LAYERS.get(parts[1], TOP) if len(parts) > 1 else 0
+
+
+def module_of(file):
+    parts = file.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports_of(source, module, is_package):
+    """Every module that a source names in an import, wherever it stands, as absolute dotted names."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                parents = module.split(".")
+                parents = parents[: len(parents) - node.level + is_package]
+                base = ".".join([*parents, *([base] if base else [])])
+            # "from . import quality" names modules, "from .quality import k" their content.
+            found |= {f"{base}.{alias.name}" for alias in node.names} if base in PACKAGES else {base}
+    return found
+
+
+FILES = sorted(PACKAGE.rglob("*.py"))
+PACKAGES = {module_of(file) for file in FILES if file.name == "__init__.py"}
+MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
+
+
+def violations(source, module, is_package=False):
+    rank = layer(module)
+    for name in sorted(imports_of(source, module, is_package)):
+        top = name.split(".")[0]
+        if top == "vtksmooth":
+            if layer(name) > rank:
+                yield f"{module} imports {name}, which is above it"
+        elif top not in sys.stdlib_module_names and top not in FOREIGN[rank]:
+            yield f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("file", MODULES, ids=module_of)
+def test_imports_run_one_way(file):
+    source = file.read_text(encoding="utf-8")
+    assert list(violations(source, module_of(file), file.name == "__init__.py")) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("vtksmooth.errors", "from .kernels import mesh"),
+        ("vtksmooth.kernels.loop", "from ..filters import Filter"),
+        ("vtksmooth.kernels.loop", "import vtkmodules"),
+        ("vtksmooth.kernels.schemes.taubin", "def f():\n    from ...accessor import method_name"),
+        ("vtksmooth.filters.base", "import pyvista as pv"),
+        ("vtksmooth.filters.base", "from .. import files"),
+        ("vtksmooth.accessor", "import vtk"),
+        ("vtksmooth.files", "from .cli import main"),
+    ],
+)
+def test_the_contract_notices(module, source):
+    assert len(list(violations(source, module))) == 1
+
+
+@pytest.mark.parametrize(
+    ("module", "unwanted"),
+    [
+        ("vtksmooth", {"numpy", "numba", "vtkmodules", "pyvista"}),
+        ("vtksmooth.filters", {"vtk", "pyvista", "matplotlib"}),
+        ("vtksmooth.kernels.loop", {"vtkmodules", "pyvista"}),
+        ("vtksmooth.accessor", {"vtksmooth.cli", "vtksmooth.demo"}),
+    ],
+)
+def test_importing_loads_nothing_from_above(module, unwanted):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys, {module}; print(*sys.modules)"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert unwanted & set(done.stdout.split()) == set()
+
+
+def test_no_paths_of_a_machine_are_mentioned():
+    texts = [*PACKAGE.rglob("*.py")]
+    for folder in ("examples", "docs", "benchmarks", "gui"):
+        texts += [path for path in (ROOT / folder).rglob("*") if path.suffix in (".py", ".md", ".json")]
+    texts += [
+        path for path in ROOT.iterdir() if path.suffix in (".md", ".toml", ".yaml") or path.name == "run"
+    ]
+    paths = re.compile(r"/work/|\.\./shared|/root/|/home/")
+    found = [path.name for path in texts if paths.search(path.read_text(encoding="utf-8"))]
+    assert found == []
+    assert PACKAGE / "__init__.py" in texts
