@@ -1,0 +1,517 @@
+"""The command line: ``vtksmooth COMMAND ...``.
+
+The options of a command are made from its filter's parameter declarations. Imports are late, so that
+help and wrong usage answer at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from .errors import Cancelled, ParameterError, VtksmoothError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from .filters import Filter, Parameter
+
+#: The commands, and what each does.
+COMMANDS = {
+    "demo": "improve real meshes, with tables and pictures of before and after",
+    "quality": "measure the aspect ratio of every face",
+    "compare": "measure what smoothing changed",
+    "trapezium-drawing": "improve the worst elements, close to the surface",
+    "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
+    "angle-based": "smooth by turning spokes onto bisectors",
+    "back-to-surface": "smart Laplacian that stays on the original surface",
+    "warm-up": "compile all kernels now, so that no later run waits",
+}
+_SMOOTHING = ("trapezium-drawing", "laplacian", "angle-based", "back-to-surface")
+
+#: What does not stop within this time when asked to (VTK's readers, the compiler) is left, seconds.
+_GRACE = 0.3
+
+_BINS = ("k<0", "0-.2", ".2-.4", ".4-.6", ".6-.8", ".8-1")
+
+
+# ------------------------------------------------------------------------------------------ usage
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"vtksmooth: error: {message}; see {self.prog} --help\n")
+
+
+def _parser(command: str | None) -> _Parser:
+    """Return the parser, with the options of `command` only: those of others would need imports."""
+    parser = _Parser(
+        prog="vtksmooth",
+        description="Smoothing of surface meshes that keeps the surface.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    for name, text in COMMANDS.items():
+        sub = commands.add_parser(name, help=text, allow_abbrev=False)
+        if name == command:
+            _add_arguments(sub, name)
+    return parser
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import version
+
+        print(f"vtksmooth {version('vtksmooth')}")
+        parser.exit()
+
+
+def _add_arguments(parser: _Parser, command: str) -> None:
+    parser.description = f"{COMMANDS[command].capitalize()}."
+    if command == "demo":
+        parser.add_argument(
+            "meshes", nargs="*", type=Path, metavar="MESH", help="meshes (default: PyVista's)"
+        )
+        parser.add_argument(
+            "--output", type=Path, metavar="DIR", default=Path("vtksmooth-demo"),
+            help="folder for the results (default: %(default)s)",
+        )  # fmt: skip
+    elif command == "quality":
+        parser.add_argument("mesh", type=Path, metavar="MESH", help="file to measure")
+    elif command == "compare":
+        parser.add_argument("original", type=Path, metavar="ORIGINAL", help="file from before smoothing")
+        parser.add_argument("result", type=Path, metavar="RESULT", help="file from after smoothing")
+    elif command in _SMOOTHING:
+        parser.add_argument("input", type=Path, metavar="IN", help="file to read")
+        parser.add_argument(
+            "output", type=Path, metavar="OUT", help="file to write; its extension is the format"
+        )
+    if command in _filters():
+        cls = _filters()[command]
+        parser.description = (cls.__doc__ or "").split("\n\n")[0]
+        group = parser.add_argument_group("parameters")
+        for parameter in cls.parameters().values():
+            _add_option(group, parameter)
+    general = parser.add_argument_group("general")
+    if command != "demo":
+        general.add_argument("--json", action="store_true", help="print the result as JSON on stdout")
+    general.add_argument("--quiet", action="store_true", help="no notes, no progress, no report")
+    general.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    general.add_argument(
+        "--threads", type=_threads, metavar="N", default=0, help="threads to use (default: 0, all)"
+    )
+
+
+def _filters() -> dict[str, type[Filter]]:
+    from .filters import FILTERS
+
+    return {cls.command: cls for cls in FILTERS}
+
+
+def _threads(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"must be 0 (all) or more, not {text!r}")
+    return int(text)
+
+
+def _add_option(group: argparse._ArgumentGroup, parameter: Parameter) -> None:
+    """Add the option for a parameter."""
+
+    def value(text: str) -> Any:
+        if parameter.optional and text == "off":
+            return None
+        try:
+            number = parameter.type(text) if parameter.type in (int, float) else text
+        except ValueError:
+            number = text  # check() says what is allowed
+        try:
+            return parameter.check(number)
+        except ParameterError as error:
+            raise argparse.ArgumentTypeError(str(error).rstrip(".")) from None
+
+    flag = "--" + parameter.name.replace("_", "-")
+    default = "off" if parameter.default is None else parameter.default
+    text = parameter.help.replace("%", "%%")
+    if parameter.type is bool:
+        group.add_argument(
+            flag, action=argparse.BooleanOptionalAction, default=parameter.default,
+            help=f"{text} Default: {'on' if default else 'off'}.",
+        )  # fmt: skip
+        return
+    allowed = f" {parameter.range[0].upper()}{parameter.range[1:]}."
+    group.add_argument(
+        flag,
+        type=value,
+        default=parameter.default,
+        metavar="{" + ",".join(parameter.choices) + "}" if parameter.choices else _metavar(parameter),
+        help=text
+        + ("" if parameter.choices else allowed.replace("None (off)", "off"))
+        + f" Default: {default}.",
+    )
+
+
+def _metavar(parameter: Parameter) -> str:
+    if parameter.type is str:
+        return "ARRAY"
+    if parameter.unit == "deg":
+        return "DEG"
+    return "N" if parameter.type is int else "X"
+
+
+# ------------------------------------------------------------------------------------ interruption
+
+
+class _Interruption:
+    """While open, Ctrl-C and SIGTERM stop the run within a fraction of a second.
+
+    Python runs signal handlers between two of its own instructions, which a reader or a kernel may
+    keep waiting for long; hence a thread of its own, woken by the signal itself. It asks the running
+    filter to stop; what cannot stop is left by ending the process, after removing what is half written.
+    """
+
+    def __init__(self) -> None:
+        self.received = 0
+        self.running: Any = None  # a filter that can be asked to stop
+        self.committed = False  # the output is in place: too late to cancel
+        self._over = threading.Event()
+        self._active = threading.current_thread() is threading.main_thread()
+
+    def __enter__(self) -> _Interruption:
+        if self._active:
+            self._read, self._write = os.pipe()
+            os.set_blocking(self._write, False)
+            self._handlers = {
+                number: signal.signal(number, lambda *_: None) for number in (signal.SIGINT, signal.SIGTERM)
+            }
+            self._wakeup = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
+            threading.Thread(target=self._watch, name="vtksmooth-interruption", daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        if self._active:
+            signal.set_wakeup_fd(self._wakeup)
+            for number, handler in self._handlers.items():
+                signal.signal(number, handler)
+            os.close(self._write)
+
+    def _watch(self) -> None:
+        # The pipe's end of file: the run is over.
+        while (received := os.read(self._read, 1)) and received[0] not in self._handlers:
+            pass
+        if received and not self._over.is_set():
+            self.received = received[0]
+            if self.running is not None:
+                self.running.SetAbortExecute(1)
+            while not self._over.wait(_GRACE):
+                if not self.committed:
+                    _end_process(self.exit_code)
+        os.close(self._read)
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code for the signal received."""
+        return 130 if self.received == signal.SIGINT else 1
+
+    def check(self) -> None:
+        """Raise Cancelled if a signal has been received."""
+        if self.received:
+            raise Cancelled("cancelled")
+
+
+def _end_process(code: int) -> NoReturn:
+    files = sys.modules.get("vtksmooth.files")
+    if files is not None:
+        files.remove_unfinished()
+    os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{_CANCELLED}\n".encode())
+    os._exit(code)
+
+
+_CANCELLED = "vtksmooth: cancelled, nothing written"
+_CLEAR = "\r\x1b[K"
+
+
+# ----------------------------------------------------------------------------------------- talking
+
+
+class _Talk:
+    """What a run tells on stderr: notes, progress on a terminal, kernels being compiled."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet = quiet
+        self.terminal = not quiet and sys.stderr.isatty()
+        self.kernels = 0
+        self._shown = 0.0
+
+    def note(self, text: str) -> None:
+        if not self.quiet:
+            self.clear()
+            print(f"vtksmooth: note: {text}", file=sys.stderr)
+
+    def compiling(self, kernel: str) -> None:
+        self.kernels += 1
+        text = f"compiling kernel {self.kernels} ({kernel}), once per installation"
+        if self.terminal:
+            self._line(text)
+        elif not self.quiet:
+            print(f"vtksmooth: {text}", file=sys.stderr, flush=True)
+
+    def progress(self, fraction: float, what: str) -> None:
+        now = time.monotonic()
+        if self.terminal and (now - self._shown > 0.1 or fraction >= 1.0):
+            self._shown = now
+            done = round(30 * min(max(fraction, 0.0), 1.0))
+            self._line(f"[{'#' * done}{'.' * (30 - done)}] {100 * fraction:3.0f} % {what}")
+
+    def _line(self, text: str) -> None:
+        print(f"{_CLEAR}{text[:100]}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        if self.terminal:
+            print(_CLEAR, end="", file=sys.stderr, flush=True)
+
+
+# ---------------------------------------------------------------------------------------- commands
+
+
+class _Run:
+    """One run of a command."""
+
+    def __init__(self, options: argparse.Namespace, interruption: _Interruption) -> None:
+        self.options, self.interruption = options, interruption
+        self.talk = _Talk(options.quiet)
+
+    def execute(self) -> None:
+        """Run the command."""
+        from .kernels.compiled import on_compile
+        from .kernels.parallel import set_number_of_threads
+
+        set_number_of_threads(self.options.threads)
+        command = self.options.command
+        method: Callable[[], None] = {
+            "demo": self.demo,
+            "quality": self.quality,
+            "compare": self.compare,
+            "warm-up": self.warm_up,
+        }.get(command, self.smooth)
+        # The demo announces its kernels itself.
+        with nullcontext() if command == "demo" else on_compile(self.talk.compiling):
+            try:
+                method()
+            finally:
+                self.talk.clear()
+
+    def demo(self) -> None:
+        from . import demo
+
+        demo.run(self.options.output, self.options.quiet, self.options.meshes)
+
+    def quality(self) -> None:
+        from .filters import SurfaceQuality
+
+        summary = self._filtered(SurfaceQuality(), self._read(self.options.mesh))[0].summary
+        if not self._json(summary):
+            _print_table([(self.options.mesh.name, summary)])
+
+    def compare(self) -> None:
+        from .filters import SurfaceComparison, SurfaceQuality
+
+        original, result = self._read(self.options.original), self._read(self.options.result)
+        summary = self._filtered(SurfaceComparison(), result, original)[0].summary
+        if self._json(summary):
+            return
+        before = self._filtered(SurfaceQuality(), original)[0].summary
+        _print_table([(self.options.original.name, before), (self.options.result.name, summary)])
+        _print_changes(summary)
+
+    def smooth(self) -> None:
+        from .files import check_writable, write_surface
+
+        check_writable(self.options.output)
+        cls = _filters()[self.options.command]
+        algorithm: Any = cls(**{name: getattr(self.options, name) for name in cls.parameters()})
+        algorithm, output = self._filtered(algorithm, self._read(self.options.input))
+        self.interruption.check()
+        notes = write_surface(output, self.options.output)
+        self.interruption.committed = True
+        for note in notes:
+            self.talk.note(note)
+        if not self._json(asdict(algorithm.report)) and not self.options.quiet:
+            self.talk.clear()
+            print(algorithm.report)
+
+    def warm_up(self) -> None:
+        from . import warm_up
+
+        def progress(fraction: float, what: str) -> None:
+            self.interruption.check()
+            self.talk.progress(fraction, what)
+
+        start = time.perf_counter()
+        count = warm_up.run(progress)
+        seconds = time.perf_counter() - start
+        if not self._json({"compiled": count, "seconds": seconds}) and not self.options.quiet:
+            self.talk.clear()
+            print(
+                f"{count} kernels compiled in {seconds:.1f} s."
+                if count
+                else "All kernels were compiled already."
+            )
+
+    def _read(self, path: Path) -> Any:
+        from .files import read_surface
+
+        mesh, notes = read_surface(path)
+        self.interruption.check()
+        for note in notes:
+            self.talk.note(note)
+        return mesh
+
+    def _filtered(self, algorithm: Any, *meshes: Any) -> tuple[Any, Any]:
+        """Run a filter so that it shows progress and can be interrupted; return it and its output."""
+        algorithm.AddObserver(
+            "ProgressEvent",
+            lambda *_: self.talk.progress(algorithm.GetProgress(), algorithm.GetProgressText() or ""),
+        )
+        self.interruption.running = algorithm
+        try:
+            # Here and not only before: the signal may have come before there was something to stop.
+            self.interruption.check()
+            return algorithm, algorithm(*meshes)
+        finally:
+            self.interruption.running = None
+            self.talk.clear()
+
+    def _json(self, value: dict[str, Any]) -> bool:
+        if self.options.json:
+            print(json.dumps(_finite(value)))
+        return bool(self.options.json)
+
+
+def _finite(value: Any) -> Any:
+    """Return `value` with null in place of numbers that JSON does not know."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _print_table(rows: Sequence[tuple[str, dict[str, Any]]]) -> None:
+    """Print quality summaries as one table, with the papers' bins of the aspect ratio k."""
+    for name, summary in rows:
+        cells = (
+            ", ".join(f"{count} {kind}s" for kind, count in summary["cells"].items() if count) or "no faces"
+        )
+        shape = f"closed, volume {summary['volume']:.6g}" if summary["closed"] else "open"
+        print(f"{name}: {summary['points']} points, {cells}; {shape}")
+    width = max(len(name) for name, _ in rows)
+    heads = "".join(f"{head:>8}" for head in _BINS)
+    print(f"\n{'k, % of the faces':<{max(width, 17)}}{heads}{'min k':>9}{'mean k':>9}{'inverted':>10}")
+    for name, summary in rows:
+        ratio = summary["aspect_ratio"]
+        shares = "".join(f"{share:8.2f}" for share in ratio["histogram"])
+        print(
+            f"{name:<{max(width, 17)}}{shares}{ratio['min']:9.3f}{ratio['mean']:9.3f}"
+            f"{summary['inverted']:10d}"
+        )
+
+
+def _print_changes(summary: dict[str, Any]) -> None:
+    normal, dihedral, deviation = (
+        summary[key] for key in ("normal_deviation", "dihedral_change", "deviation")
+    )
+    print(f"\n{'':<30}{'max':>12}{'mean':>12}")
+    print(f"{'normal deviation, deg':<30}{normal['max']:12.4g}{normal['mean']:12.4g}")
+    print(f"{'dihedral change, deg':<30}{dihedral['max']:12.4g}{dihedral['mean']:12.4g}")
+    print(f"{'deviation':<30}{deviation['max']:12.4g}{deviation['mean']:12.4g}")
+    print(f"{'deviation, % of the diagonal':<30}{100 * deviation['max_relative']:12.4g}")
+    volume = summary["volume_change_percent"]
+    if volume is not None:
+        print(f"{'volume change, %':<30}{volume:12.4g}")
+    elif "swept_volume" in summary:
+        print(f"{'swept volume (open mesh)':<30}{summary['swept_volume']:12.4g}")
+
+
+# -------------------------------------------------------------------------------------------- main
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code: 0 done, 1 the run failed, 2 wrong usage.
+
+    Examples
+    --------
+    >>> main(["quality", "missing.ply", "--quiet"])
+    1
+    """
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    with _Interruption() as interruption, _stdout_for_any_name():
+        try:
+            return _main(arguments, interruption)
+        except BrokenPipeError:
+            # Whoever read our output has left. Python would complain once more when it flushes.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 1
+
+
+@contextmanager
+def _stdout_for_any_name() -> Iterator[None]:
+    """Let names of files be printed that the terminal's encoding cannot show."""
+    if hasattr(sys.stdout, "reconfigure"):
+        before = sys.stdout.errors
+        sys.stdout.reconfigure(errors="backslashreplace")
+        yield
+        sys.stdout.reconfigure(errors=before)
+    else:
+        yield
+
+
+def _main(arguments: list[str], interruption: _Interruption) -> int:
+    try:
+        command = next((word for word in arguments if not word.startswith("-")), None)
+        options = _parser(command).parse_args(arguments)
+    except SystemExit as exit_:  # argparse has said why
+        return int(exit_.code or 0)
+    try:
+        with warnings.catch_warnings():
+            if not options.debug:
+                warnings.simplefilter("ignore")
+            _Run(options, interruption).execute()
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except Cancelled:
+        print(_CANCELLED, file=sys.stderr)
+        return interruption.exit_code
+    except Exception as error:
+        if options.debug:
+            raise
+        print(f"vtksmooth: error: {_sentence(error)}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _sentence(error: Exception) -> str:
+    text = " ".join(str(error).split()).rstrip(".")
+    if isinstance(error, VtksmoothError):
+        return text
+    if isinstance(error, MemoryError):
+        return "out of memory; use a smaller mesh or a larger machine"
+    if isinstance(error, OSError):
+        return f"{text}; check the path and the disk"
+    return f"unexpected {type(error).__name__}: {text}; run again with --debug and report what it shows"

@@ -1,0 +1,94 @@
+"""Compiling every kernel beforehand, so that no later run waits for the compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from .filters import FILTERS, Filter
+from .filters.arrays import vtk_array
+from .filters.smoothing import FIXED
+from .kernels.compiled import on_compile
+
+
+def _bump(size: int, kind: str) -> vtkPolyData:
+    """Return a bumpy grid of triangles, quads, or both in turn; one point of it is fixed."""
+    mesh = vtkPolyData()
+    points = vtkPoints()
+    for j in range(size):
+        for i in range(size):
+            points.InsertNextPoint(i + 0.3 * ((i * j) % 2), j, 0.2 * ((i + j) % 3))
+    mesh.SetPoints(points)
+    mesh.AllocateEstimate(2 * size * size, 4)
+    for j in range(size - 1):
+        for i in range(size - 1):
+            a = j * size + i
+            b, c, d = a + 1, a + size + 1, a + size
+            split = kind == "triangles" or (kind == "mixed" and (i + j) % 2)
+            for face in ((a, b, c), (a, c, d)) if split else ((a, b, c, d),):
+                corners = vtkIdList()
+                for corner in face:
+                    corners.InsertNextId(corner)
+                mesh.InsertNextCell(7, corners)
+    fixed = np.zeros(size * size, dtype=np.uint8)
+    fixed[size + 1] = 1
+    mesh.GetPointData().AddArray(vtk_array(fixed, FIXED))
+    return mesh
+
+
+#: Values that make a filter use all that it can; stop rules so wide that nothing stops.
+_EVERYTHING = {
+    "iterations": 2,
+    "boundary": "sliding",
+    "max_deviation_fraction": 0.5,
+    "stop_normal_deviation": 180.0,
+    "stop_dihedral_change": 360.0,
+    "stop_deviation_fraction": 10.0,
+    "stop_volume_percent": 1e6,
+    "stop_gain": -1.0,
+    "tangent_plane": True,
+    "back_to_surface": True,
+    "weighted": True,
+}
+
+
+def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
+    """Yield parameter values that together reach every scheme, gate and constraint of a filter."""
+    declared = cls.parameters()
+    everything = {name: value for name, value in _EVERYTHING.items() if name in declared}
+    yield {}
+    yield everything
+    for name in ("scheme", "gate"):
+        for choice in (declared[name].choices or ()) if name in declared else ():
+            yield {name: choice}
+            yield {**everything, name: choice}
+
+
+def run(progress: Callable[[float, str], None] | None = None) -> int:
+    """Run every scheme, constraint and measure on small meshes, so that all kernels are compiled.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the part done, 0 to 1, and the name of the filter; what it raises ends the run.
+
+    Returns
+    -------
+    int
+        How many kernels were compiled; 0 when all of them had been before.
+    """
+    meshes = [_bump(6, kind) for kind in ("triangles", "quads", "mixed")]
+    jobs = [(cls, setting) for cls in FILTERS for setting in _settings(cls)]
+    compiled: list[str] = []
+    with on_compile(compiled.append):
+        for number, (cls, setting) in enumerate(jobs):
+            if progress:
+                progress(number / len(jobs), cls.command)
+            for mesh in meshes:
+                cls(**setting)(*(mesh for _ in cls.inputs))
+    if progress:
+        progress(1.0, "done")
+    return len(compiled)
