@@ -34,11 +34,11 @@ for column, (state, title) in enumerate([(measured, "before"), (compared, "after
     plotter.subplot(0, column)
     plotter.add_mesh(
         state, scalars="AspectRatio", clim=(0, 1), cmap="cividis", show_edges=True, ambient=0.4,
-        scalar_bar_args={"title": f"k, {title}"},
+        scalar_bar_args={"title": f"k {title}", "n_labels": 3},
     )  # fmt: skip
-    plotter.add_text(title)
 plotter.link_views()
 plotter.view_xz()
+plotter.camera.zoom(1.4)
 if options.show:
     plotter.show()
 else:

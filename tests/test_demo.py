@@ -1,5 +1,6 @@
 import json
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -55,6 +56,19 @@ def test_document_has_the_tables_and_pictures_that_exist(results):
             # Before, after, histogram: none is blank.
             for part in np.array_split(pixels, 3, axis=1):
                 assert part.std() > 10
+
+
+def test_readme_quotes_the_figures(results):
+    document = (results / "summary.md").read_text(encoding="utf-8")
+    readme = " ".join((Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8").split())
+    for said, quoted in [
+        ("fell from 13.4 to 1.3 %", "fall from 13.4 % to 1.3 %"),
+        ("the mean k rose from 0.479 to 0.608", "the mean of k rises from 0.48 to 0.61"),
+        ("fell from 7.3 to 4.2 %", "fall from 7.3 % to 4.2 %"),
+        ("the mean k fell from 0.471 to 0.465", "the mean goes from 0.471 to 0.465"),
+    ]:
+        assert said in document
+        assert quoted in readme
 
 
 def test_says_what_was_done_and_what_to_type(capfd, tmp_path, monkeypatch):
