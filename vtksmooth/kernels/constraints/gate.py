@@ -91,7 +91,8 @@ def _gate(starts, ends, kind, points, near, reference, margin, proposed):  # typ
             new_inverted, new = _judge(
                 kind, points, near, reference, v, proposed[v, 0], proposed[v, 1], proposed[v, 2]
             )
-            needed = old + margin * abs(old)
+            # A cosine near 0, of a right angle, has its rounding errors relative to 1.
+            needed = old + margin * (1.0 if kind == 1 else abs(old))
             if not (new_inverted < old_inverted or (new_inverted == old_inverted and new > needed)):
                 proposed[v, 0] = x
                 proposed[v, 1] = y

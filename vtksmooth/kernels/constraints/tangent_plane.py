@@ -9,9 +9,11 @@ from . import Constraint, Float64, Int64
 
 
 @kernel
-def _project(starts, ends, points, near, proposed):  # type: ignore[no-untyped-def]
+def _project(starts, ends, points, near, pinned, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
+            if pinned[v]:
+                continue  # 0.0 taken from -0.0 would be other bits
             nx = 0.0
             ny = 0.0
             nz = 0.0
@@ -49,4 +51,4 @@ class TangentPlane(Constraint):
     """Take from every step its part along the vertex' area-weighted ring normal."""
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        parallel.run(_project, starts, ends, state.points, state.near, proposed)
+        parallel.run(_project, starts, ends, state.points, state.near, state.pinned, proposed)
