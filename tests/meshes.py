@@ -197,7 +197,7 @@ def two_components():
 
 def non_manifold_edge():
     """Three sheets of triangles that meet in one line."""
-    first = sheet(4, 4)
+    first = sheet(4, 4, jitter=0.2)
     second = first.points @ np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]) + 0.0
     third = first.points * [-1.0, 1.0, 1.0]
     points, numbers, faces = [], {}, []

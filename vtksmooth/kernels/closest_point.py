@@ -16,6 +16,7 @@ from .mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
+UInt8 = npt.NDArray[np.uint8]
 
 #: Triangles in a leaf.
 LEAF = 4
@@ -253,7 +254,7 @@ def _closest_points(starts, ends, tree, queries, closest, distance):  # type: ig
 
 
 @kernel
-def _limit(starts, ends, tree, points, limit, proposed):  # type: ignore[no-untyped-def]
+def _limit(starts, ends, tree, points, pinned, limit, proposed):  # type: ignore[no-untyped-def]
     # Mode one (limit < 0): put the target on the surface. Mode two: keep it within `limit` of it.
     stack = np.empty(128, np.int32)
     for part in range(starts.size):
@@ -261,7 +262,7 @@ def _limit(starts, ends, tree, points, limit, proposed):  # type: ignore[no-unty
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            if proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z:
+            if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             if limit < 0.0:
                 cx, cy, cz, square = _query(tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], -1.0, stack)
@@ -325,13 +326,15 @@ class ClosestPoint:
         )
         return closest, distance
 
-    def project(self, starts: Int64, ends: Int64, points: Float64, proposed: Float64) -> None:
+    def project(self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, proposed: Float64) -> None:
         """Replace the targets that differ from `points` by the closest points of the surface."""
-        parallel.run(_limit, starts, ends, self._tree, points, -1.0, proposed)
+        parallel.run(_limit, starts, ends, self._tree, points, pinned, -1.0, proposed)
 
-    def limit(self, starts: Int64, ends: Int64, points: Float64, distance: float, proposed: Float64) -> None:
+    def limit(
+        self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, distance: float, proposed: Float64
+    ) -> None:
         """Shorten the steps that would end farther than `distance` from the surface.
 
         What is tried: the whole step, a half, a quarter, an eighth, none.
         """
-        parallel.run(_limit, starts, ends, self._tree, points, distance, proposed)
+        parallel.run(_limit, starts, ends, self._tree, points, pinned, distance, proposed)

@@ -74,10 +74,12 @@ class StopRules:
 
 
 @kernel
-def _carry_out(starts, ends, proposed, points):  # type: ignore[no-untyped-def]
+def _carry_out(starts, ends, pinned, proposed, points):  # type: ignore[no-untyped-def]
     moved = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
+            if pinned[v]:
+                continue  # it may be NaN, which is never equal to itself
             changed = False
             for axis in range(3):
                 changed = changed or points[v, axis] != proposed[v, axis]
@@ -292,7 +294,7 @@ class _Run:
         for number, (_, colours) in enumerate(self.classes):
             for starts, ends in colours:
                 self._propose_and_dispose(turn, starts, ends)
-                yield sum(parallel.run(_carry_out, starts, ends, self.proposed, points))
+                yield sum(parallel.run(_carry_out, starts, ends, self.state.pinned, self.proposed, points))
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
 
     def _fused(self, done: float, share: float) -> Iterator[int]:
@@ -356,7 +358,8 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
-        report.moved = int(np.count_nonzero((before.points != after.points).any(axis=1)))
+        moved = (before.points != after.points).any(axis=1) & (state.pinned == 0)
+        report.moved = int(np.count_nonzero(moved))
         report.swept_volume = measure.swept_volume(before, after)
         if measure.is_closed(state.near):
             report.volume = (measure.signed_volume(before), measure.signed_volume(after))

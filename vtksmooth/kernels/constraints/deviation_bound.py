@@ -19,4 +19,4 @@ class DeviationBound(Constraint):
         self.distance = distance
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        state.surface.limit(starts, ends, state.points, self.distance, proposed)
+        state.surface.limit(starts, ends, state.points, state.pinned, self.distance, proposed)

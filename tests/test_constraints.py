@@ -1,0 +1,227 @@
+"""Each constraint's promise, alone and in every combination with every scheme."""
+
+from itertools import product
+
+import meshes
+import numpy as np
+import pytest
+import reference
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkDoubleArray
+from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
+
+from vtksmooth.kernels import adjacency, loop, quality
+from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.constraints.boundary import Boundary
+from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.constraints.fixed import Fixed
+from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.schemes.angle_based import AngleBased
+from vtksmooth.kernels.schemes.cotangent import Cotangent
+from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
+from vtksmooth.kernels.schemes.taubin import Taubin
+from vtksmooth.kernels.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.schemes.umbrella import Umbrella
+
+SCHEMES = {
+    "umbrella": Umbrella(),
+    "scale-dependent": ScaleDependent(),
+    "cotangent": Cotangent(),
+    "thin-plate": ThinPlate(),
+    "taubin": Taubin(),
+    "trapezium-drawing": TrapeziumDrawing(),
+    "angle-based": AngleBased(),
+    "weighted angle-based": AngleBased(weighted=True),
+}
+
+
+class Bumpy:
+    """A wild sheet with straight sides over a hill, and what is measured on it once."""
+
+    def __init__(self, kind):
+        self.mesh = meshes.sheet(10, 8, kind, jitter=0.6, bump=2.0, seed=7, boundary_jitter=0.3)
+        self.near = adjacency.build(self.mesh)
+        self.directions = quality.reference_directions(self.mesh, self.near)
+        self.k = self.k_of(self.mesh.points)
+        self.smallest_angle = reference.corner_angles(self.mesh).min()
+        self.border = np.array(reference.borders(self.mesh)[0]) == 1
+        x, y = self.mesh.points[:, 0], self.mesh.points[:, 1]
+        self.sides = [x == 0, x == 10, y == 0, y == 8]
+        self.corners = sum(self.sides) == 2
+        self.fixed = (np.random.default_rng(0).random(self.mesh.n_points) < 0.15) & ~self.border
+        self.distance = vtkImplicitPolyDataDistance()
+        self.distance.SetInput(
+            meshes.polydata(Mesh.from_faces(self.mesh.points, reference.triangles(self.mesh)))
+        )
+
+    def k_of(self, points):
+        return reference.aspect_ratios(self.mesh.with_points(points), self.directions)
+
+    def deviation(self, points):
+        result = vtkDoubleArray()
+        self.distance.FunctionValue(numpy_to_vtk(points), result)
+        return np.abs(vtk_to_numpy(result))
+
+
+@pytest.fixture(params=meshes.KINDS, scope="module")
+def bumpy(request):
+    return Bumpy(request.param)
+
+
+BOUND = 0.05
+
+
+@pytest.mark.parametrize("gate", ["none", "angle", "aspect"])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_scheme_with_every_constraint(bumpy, name, gate):
+    mesh = bumpy.mesh
+    assert (bumpy.k < 0).any(), "the test wants something to gate"
+    for sliding, to_surface, bounded, some_fixed in product((False, True), repeat=4):
+        constraints = [Boundary(sliding)]
+        constraints += [BackToSurface()] * to_surface
+        constraints += [DeviationBound(BOUND)] * bounded
+        constraints += [] if gate == "none" else [Gate(gate)]
+        fixed = bumpy.fixed if some_fixed else None
+        points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=3, fixed=fixed)
+
+        assert np.isfinite(points).all()
+        assert report.moved == (points != mesh.points).any(axis=1).sum()
+        assert report.moved > 0
+        if some_fixed:
+            assert points[bumpy.fixed].tobytes() == mesh.points[bumpy.fixed].tobytes()
+        if sliding:
+            for axis, side in enumerate(bumpy.sides):
+                np.testing.assert_allclose(points[side, axis // 2], mesh.points[side, axis // 2], atol=1e-13)
+            np.testing.assert_allclose(points[bumpy.border, 2], 0, atol=1e-13)
+            np.testing.assert_array_equal(points[bumpy.corners], mesh.points[bumpy.corners])
+            if gate == "none":
+                assert (points != mesh.points).any(axis=1)[bumpy.border].any()
+        else:
+            assert points[bumpy.border].tobytes() == mesh.points[bumpy.border].tobytes()
+        if to_surface:
+            assert bumpy.deviation(points).max() < 1e-12
+        if bounded:
+            assert bumpy.deviation(points).max() <= BOUND * (1 + 1e-12)
+        k = bumpy.k_of(points)
+        if gate == "aspect":
+            assert k.min() >= bumpy.k.min() - 1e-13
+            assert (k < 0).sum() <= (bumpy.k < 0).sum()
+        if gate == "angle":
+            # All faces round an accepted vertex have greater angles than the smallest was, others the same.
+            assert reference.corner_angles(mesh.with_points(points)).min() >= bumpy.smallest_angle - 1e-9
+        # What the run says of itself.
+        assert report.min_aspect_ratio == pytest.approx((bumpy.k.min(), k.min()), abs=1e-12)
+        assert report.mean_aspect_ratio == pytest.approx((bumpy.k.mean(), k.mean()), abs=1e-12)
+        assert report.inverted == ((bumpy.k < 0).sum(), (k < 0).sum())
+        assert report.volume is None
+
+
+def test_without_the_bound_the_product_test_would_fail(bumpy):
+    for name in ("umbrella", "scale-dependent", "cotangent"):
+        points, _ = loop.smooth(bumpy.mesh, SCHEMES[name], iterations=3)
+        assert bumpy.deviation(points).max() > BOUND
+        assert bumpy.k_of(loop.smooth(bumpy.mesh, SCHEMES["taubin"], iterations=3)[0]).min() != bumpy.k.min()
+
+
+def test_fixed_as_a_constraint():
+    mesh = meshes.sheet(6, 6, jitter=0.3)
+    mask = np.arange(mesh.n_points) % 3
+    points, _ = loop.smooth(mesh, Umbrella(), [Fixed(mask)], iterations=2)
+    np.testing.assert_array_equal(points[mask != 0], mesh.points[mask != 0])
+    assert (points != mesh.points).any()
+
+
+def test_all_fixed_is_nothing_to_do():
+    mesh = meshes.sheet(6, 6, jitter=0.3)
+    points, report = loop.smooth(mesh, Umbrella(), iterations=5, fixed=np.ones(mesh.n_points))
+    assert (report.stop_reason, report.iterations, report.moved) == ("nothing-to-do", 0, 0)
+    np.testing.assert_array_equal(points, mesh.points)
+
+
+def test_a_sliding_boundary_becomes_even():
+    mesh = meshes.sheet(10, 4, jitter=0.1, seed=3, boundary_jitter=0.3)
+    points, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True)], iterations=400)
+    side = mesh.points[:, 1] == 0
+    np.testing.assert_allclose(points[side, 0], np.arange(11), atol=1e-2)
+
+
+def test_corners_of_a_sliding_boundary_stay_by_their_angle():
+    angle = np.radians(np.arange(0, 360, 15))  # a boundary that turns by 15 degrees at every point
+    rim = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    rim[5] = [np.cos(np.radians(70)), np.sin(np.radians(70)), 0]
+    faces = [[0, 1 + i, 1 + (i + 1) % 24] for i in range(24)]
+    mesh = Mesh.from_faces(np.vstack([[0, 0, 0], rim]), faces)
+    tight, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True, corner_angle=5)], iterations=1)
+    loose, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True, corner_angle=30)], iterations=1)
+    np.testing.assert_array_equal(tight[1:], mesh.points[1:])
+    assert (loose[6] != mesh.points[6]).any()
+    chord = mesh.points[7] - mesh.points[5]
+    step = loose[6] - mesh.points[6]
+    assert np.linalg.norm(np.cross(chord, step)) < 1e-15, "parallel to the line through its neighbours"
+    assert np.linalg.norm(loose[6] - mesh.points[5]) == pytest.approx(
+        np.linalg.norm(loose[6] - mesh.points[7])
+    )
+
+
+def test_irregular_points_stay_whatever_the_boundary_may_do():
+    for name in ("moebius", "non_manifold_edge", "misoriented", "bow_tie"):
+        mesh = meshes.HOSTILE[name]()
+        irregular = np.array(reference.borders(mesh)[0]) == 2
+        for sliding in (False, True):
+            points, report = loop.smooth(mesh, Umbrella(), [Boundary(sliding)], iterations=3)
+            np.testing.assert_array_equal(points[irregular], mesh.points[irregular])
+            assert report.irregular == irregular.sum() > 0
+
+
+def test_deviation_bound_shortens_steps_before_it_refuses_them():
+    # A cone over a fan: the umbrella wants the tip down by its height, in one step.
+    mesh = meshes.fan(12)
+    mesh.points[0] = [0.0, 0.0, 1.0]
+    for bound, left in ((2.0, 0.0), (0.5, 0.5), (0.2, 0.75), (0.1, 0.875), (0.05, 1.0)):
+        points, _ = loop.smooth(mesh, Umbrella(1.0), [DeviationBound(bound)], iterations=1)
+        height = points[0, 2]
+        # Straight below the tip the surface is as far as the side of the cone: (1 - height) / sqrt 2, nearly.
+        slope = np.cos(np.pi / 12)
+        assert (1 - height) * slope / np.hypot(1, slope) <= bound
+        assert height == pytest.approx(left, abs=0.26)
+        refused = (1 - height) * 2 * slope / np.hypot(1, slope)
+        assert height == pytest.approx(0, abs=1e-15) or height == 1.0 or refused > bound
+
+
+def oracle_gated_pass(mesh, k_directions, kinds):
+    """Trapezium Drawing with its gate, one vertex after another in the loop's own order."""
+    near = adjacency.build(mesh)
+    order, _, block_colour = adjacency.colour_blocks(near, adjacency.breadth_first_order(near))
+    assert len(block_colour) == 1
+    faces = meshes.lists(mesh)
+    points = mesh.points.copy()
+    for v in order:
+        if kinds[v] != 0:
+            continue
+        star = near.star[near.star_offsets[v] : near.star_offsets[v + 1]]
+        around = [f for f, face in enumerate(faces) if v in face]
+
+        def judge(around=around):
+            k = [reference.aspect_ratio(points[faces[f]], k_directions[f]) for f in around]
+            return sum(q < 0 for q in k), -min(k)
+
+        old, before = points[v].copy(), judge()
+        points[v] = reference.trapezium(points, v, star)
+        if judge() >= before:
+            points[v] = old
+    return points
+
+
+@pytest.mark.parametrize("kind", meshes.KINDS)
+def test_gated_trapezium_drawing_like_the_definition(kind):
+    # No face is inverted: the gate is the paper's.
+    mesh = meshes.sheet(8, 6, kind, jitter=0.2, bump=1.5, seed=11)
+    near = adjacency.build(mesh)
+    directions = quality.reference_directions(mesh, near)
+    assert (quality.aspect_ratios(mesh, directions) > 0).all()
+    expected = oracle_gated_pass(mesh, directions, reference.borders(mesh)[0])
+    points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=1)
+    np.testing.assert_allclose(points, expected, atol=1e-12)
+    assert 0 < report.moved < (near.border == 0).sum()
