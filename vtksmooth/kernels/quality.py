@@ -22,23 +22,33 @@ BINS = (0.0, 0.2, 0.4, 0.6, 0.8)
 
 
 @device
-def triangle_square(ax, ay, az, bx, by, bz, rx, ry, rz):  # type: ignore[no-untyped-def]
+def spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz):  # type: ignore[no-untyped-def]
     """Signed square of ``k = 4 sqrt(3) A / (l1^2 + l2^2 + l3^2)`` of the triangle (0, a, b).
 
-    With N = a x b (twice the area) and l1^2 + l2^2 + l3^2 = 2 (a.a + b.b - a.b), k^2 is
-    3 N^2 / (a.a + b.b - a.b)^2. The sign is that of N against the reference direction r.
+    aa and bb are the squares of a and b. With N = a x b (twice the area) and l1^2 + l2^2 + l3^2 =
+    2 (aa + bb - a.b), k^2 is 3 N^2 / (aa + bb - a.b)^2. The sign is that of N against the reference
+    direction r.
     """
     nx = ay * bz - az * by
     ny = az * bx - ax * bz
     nz = ax * by - ay * bx
-    length = (ax * ax + ay * ay + az * az) + (bx * bx + by * by + bz * bz) - (ax * bx + ay * by + az * bz)
+    length = aa + bb - (ax * bx + ay * by + az * bz)
     if length == 0.0:
         return 0.0
-    # One division before the square: lengths of 1e-60 do not underflow.
-    q = 3.0 * ((nx * nx + ny * ny + nz * nz) / length / length)
+    # One division, and before the square: lengths of 1e-60 do not underflow.
+    inverse = 1.0 / length
+    q = 3.0 * ((nx * nx + ny * ny + nz * nz) * inverse * inverse)
     if nx * rx + ny * ry + nz * rz < 0.0:
         return -q
     return q
+
+
+@device
+def triangle_square(ax, ay, az, bx, by, bz, rx, ry, rz):  # type: ignore[no-untyped-def]
+    """Do as :func:`spokes_square` does where the squares are not at hand."""
+    aa = ax * ax + ay * ay + az * az
+    bb = bx * bx + by * by + bz * bz
+    return spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
 
 
 @device

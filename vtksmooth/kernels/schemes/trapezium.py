@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import parallel
 from ..compiled import device, kernel
-from ..quality import triangle_square
+from ..quality import spokes_square
 from ..state import State
 from . import Float64, Int64, Scheme
 
@@ -47,12 +47,14 @@ def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, 
         uz = unit[i, 2]
         for j in range(i + 1, size):
             cosine = ux * unit[j, 0] + uy * unit[j, 1] + uz * unit[j, 2]
-            if cosine < lowest - EQUAL_COSINES:
-                lowest = cosine
-                found = j
-            if cosine < best[j] - EQUAL_COSINES:
-                best[j] = cosine
-                partner[j] = i
+            # Written as selections, not as branches: which angle is larger is anybody's guess.
+            lower = cosine < lowest - EQUAL_COSINES
+            lowest = cosine if lower else lowest
+            found = j if lower else found
+            other = best[j]
+            lower = cosine < other - EQUAL_COSINES
+            best[j] = cosine if lower else other
+            partner[j] = i if lower else partner[j]
         partner[i] = found
     dx = 0.0
     dy = 0.0
@@ -150,22 +152,33 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
                 f = near.corner_face[near.corners[i]]
                 a = places[i, 0]
                 b = places[i, 1]
-                q = triangle_square(
-                    spoke[a, 0], spoke[a, 1], spoke[a, 2], spoke[b, 0], spoke[b, 1], spoke[b, 2],
+                q = spokes_square(
+                    spoke[a, 0], spoke[a, 1], spoke[a, 2], square[a],
+                    spoke[b, 0], spoke[b, 1], spoke[b, 2], square[b],
                     reference[f, 0], reference[f, 1], reference[f, 2],
                 )  # fmt: skip
                 old_inverted += q < 0.0
                 old = min(old, q)
+            # The spokes from the proposed position take the place of the old ones.
+            for i in range(size):
+                w = near.ring[first + i]
+                sx = points[w, 0] - x
+                sy = points[w, 1] - y
+                sz = points[w, 2] - z
+                spoke[i, 0] = sx
+                spoke[i, 1] = sy
+                spoke[i, 2] = sz
+                square[i] = sx * sx + sy * sy + sz * sz
             new_inverted = 0
             new = np.inf
             needed = old + margin * abs(old)
             for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                 f = near.corner_face[near.corners[i]]
-                p = near.ring[first + places[i, 0]]
-                r = near.ring[first + places[i, 1]]
-                q = triangle_square(
-                    points[p, 0] - x, points[p, 1] - y, points[p, 2] - z,
-                    points[r, 0] - x, points[r, 1] - y, points[r, 2] - z,
+                a = places[i, 0]
+                b = places[i, 1]
+                q = spokes_square(
+                    spoke[a, 0], spoke[a, 1], spoke[a, 2], square[a],
+                    spoke[b, 0], spoke[b, 1], spoke[b, 2], square[b],
                     reference[f, 0], reference[f, 1], reference[f, 2],
                 )  # fmt: skip
                 new_inverted += q < 0.0
