@@ -235,11 +235,14 @@ class _Interruption:
 
 
 def _end_process(code: int) -> NoReturn:
-    files = sys.modules.get("vtksmooth.files")
-    if files is not None:
-        files.remove_unfinished()
-    os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{_CANCELLED}\n".encode())
-    os._exit(code)
+    try:
+        # While files is being imported it is there without its names, and nothing is unfinished.
+        remove = getattr(sys.modules.get("vtksmooth.files"), "remove_unfinished", None)
+        if remove is not None:
+            remove()
+        os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{_CANCELLED}\n".encode())
+    finally:
+        os._exit(code)
 
 
 _CANCELLED = "vtksmooth: cancelled, nothing written"

@@ -34,7 +34,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkAppendPolyData
-from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
 from . import off, ply
 from .errors import MeshFileError
@@ -331,7 +331,8 @@ def _surface(path: Path, data: Any, notes: list[str]) -> pv.PolyData:
     if isinstance(data, vtkUnstructuredGrid) and _only_faces(data):
         notes.append(f"{path.name} holds an unstructured grid of faces; they were taken as they are.")
         return _faces_of(data)
-    surface = vtkDataSetSurfaceFilter()
+    # Not vtkDataSetSurfaceFilter: of structured grids that gives six sides that share no points.
+    surface = vtkGeometryFilter()
     surface.SetInputDataObject(data)
     surface.Update()
     kind = re.sub(r"(?<!^)([A-Z])", r" \1", data.GetClassName()[3:]).lower()
@@ -638,9 +639,13 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
             "make room or choose another folder."
         )
     if extension in _VERIFIED:
-        written = _read_with_vtk(temporary, extension)
+        incomplete = MeshFileError(f"cannot write {name}: it came out incomplete; make room on the disk.")
+        try:
+            written = _read_with_vtk(temporary, extension)
+        except MeshFileError:
+            raise incomplete from None
         if written.GetNumberOfCells() != data.GetNumberOfCells():
-            raise MeshFileError(f"cannot write {name}: it came out incomplete; make room on the disk.")
+            raise incomplete
     return notes
 
 

@@ -95,6 +95,9 @@ def read(path: Path) -> Polygons:
         file.seek(0)
         text = _without_comments(file.read())
     *_, start = _header(path, text)
+    plain = _plain(text[start:], n_points, n_faces)
+    if plain:
+        return plain
     lines = [line for line in text[start:].splitlines() if line and not line.isspace()]
     if len(lines) < n_points + n_faces:
         raise MeshFileError(
@@ -104,6 +107,23 @@ def read(path: Path) -> Polygons:
     points = _points(path, lines[:n_points])
     sizes, connectivity = _faces(path, lines[n_points : n_points + n_faces])
     return Polygons(points, sizes, connectivity, {}, {})
+
+
+def _plain(text: bytes, n_points: int, n_faces: int) -> Polygons | None:
+    """Parse points of three numbers and faces of one size, what nearly all files have; else None."""
+    first = text.lstrip().split(b"\n", 1)[0]
+    values = numbers(text) if n_points and n_faces and len(first.split()) == 3 else None
+    if values is None or (len(values) - 3 * n_points) % n_faces:
+        return None
+    faces = values[3 * n_points :].reshape(n_faces, -1)
+    size = faces.shape[1] - 1
+    if size < 1 or (faces[:, 0] != size).any():
+        return None
+    connectivity = faces[:, 1:].astype(np.int64)
+    if (connectivity != faces[:, 1:]).any():
+        return None
+    points = values[: 3 * n_points].reshape(n_points, 3)
+    return Polygons(points, np.full(n_faces, size, dtype=np.int64), connectivity.ravel(), {}, {})
 
 
 def _points(path: Path, lines: list[bytes]) -> npt.NDArray[np.float64]:
@@ -127,17 +147,6 @@ def _points(path: Path, lines: list[bytes]) -> npt.NDArray[np.float64]:
 
 
 def _faces(path: Path, lines: list[bytes]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    if not lines:
-        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    values = numbers(b" ".join(lines))
-    columns = len(lines[0].split())
-    if values is not None and len(values) == columns * len(lines):
-        table = values.reshape(len(lines), columns)
-        size = int(table[0, 0])
-        if 0 <= size < columns and (table[:, 0] == size).all():
-            corners = table[:, 1 : size + 1].astype(np.int64)
-            if (corners == table[:, 1 : size + 1]).all():
-                return np.full(len(lines), size, dtype=np.int64), corners.ravel()
     sizes: list[int] = []
     connectivity: list[int] = []
     for row, line in enumerate(lines):

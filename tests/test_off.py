@@ -1,0 +1,79 @@
+import io
+
+import numpy as np
+import pytest
+
+from vtksmooth import off
+from vtksmooth.errors import MeshFileError
+
+SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+
+
+def read(tmp_path, text):
+    path = tmp_path / "mesh.off"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return off.read(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"OFF\n4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3\n",
+        f"OFF 4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3\n",
+        f"OFF\n4 2\n{SQUARE}3 0 1 2\n3 0 2 3",
+        f"# made by hand\nOFF\n# counts\n4 2 0 # here\n\n{SQUARE}\n# faces\n3 0 1 2 # one\n3 0 2 3\n",
+        f"OFF\r\n4 2 0\r\n{SQUARE}3 0 1 2\r\n3 0 2 3\r\n".replace("\n", "\r\n").replace("\r\r", "\r"),
+        f"OFF\n4 2 0\n{SQUARE}3 0 1 2 255 0 0\n3 0 2 3 0 255 0\n",
+        f"OFF\n4 2 0\n{SQUARE}3 0 1 2 0.5 0.5 0.5 1\n3 0 2 3\n",
+        "COFF\n4 2 0\n0 0 0 9 9 9 1\n1 0 0 9 9 9 1\n1 1 0 9 9 9 1\n0 1 0 9 9 9 1\n3 0 1 2\n3 0 2 3\n",
+        "NOFF\n4 2 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n3 0 2 3\n",
+        "COFF\n4 2 0\n0 0 0 9 9 9\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n",
+    ],
+)
+def test_variants_give_the_same_mesh(tmp_path, text):
+    mesh = read(tmp_path, text)
+    np.testing.assert_array_equal(mesh.points, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    assert mesh.sizes.tolist() == [3, 3]
+    assert mesh.connectivity.tolist() == [0, 1, 2, 0, 2, 3]
+
+
+def test_polygons_of_any_size(tmp_path):
+    mesh = read(tmp_path, f"OFF\n5 3 0\n{SQUARE}.5 2 0\n3 0 1 2\n5 0 1 2 4 3\n4 0 1 2 3\n")
+    assert mesh.sizes.tolist() == [3, 5, 4]
+    assert mesh.connectivity.tolist() == [0, 1, 2, 0, 1, 2, 4, 3, 0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("3 1 0\n", "does not begin with OFF"),
+        ("solid\n", "does not begin with OFF"),
+        ("OFFICE\n", "does not begin with OFF"),
+        ("4OFF\n4 2 0\n", "another dimension"),
+        ("nOFF\n3\n4 2 0\n", "another dimension"),
+        ("OFF BINARY\n\0\0\0\4", "binary"),
+        ("OFF\nfour two\n", "no line with the numbers"),
+        ("OFF\n4000000000000 2 0\n0 0 0\n", "truncated"),
+        (f"OFF\n4 2 0\n{SQUARE}3 0 1 2\n", "truncated"),
+        (f"OFF\n4 2 0\n{SQUARE.replace('1 1 0', '1 x 0')}3 0 1 2\n3 0 2 3\n", "line of point 2"),
+        (f"OFF\n4 2 0\n{SQUARE}3 0 1 2\n3 0 2\n", "line of face 1"),
+        (f"OFF\n4 2 0\n{SQUARE}3 0 1 2\n3 0 2 3.5\n", "line of face 1"),
+        (f"OFF\n4 2 0\n{SQUARE}3 0 1 2\nthree 0 2 3\n", "line of face 1"),
+        (b"OFF\n4 2 0\n" + bytes(range(128, 256)) * 20, "truncated|line of point 0"),
+    ],
+)
+def test_what_is_wrong_is_said(tmp_path, text, what):
+    with pytest.raises(MeshFileError, match=what):
+        read(tmp_path, text)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_writing_keeps_every_bit(tmp_path, dtype):
+    points = np.random.default_rng(0).normal(size=(20, 3)).astype(dtype) * dtype(1e-7)
+    sizes, connectivity = np.array([3, 5]), np.array([0, 1, 2, 7, 8, 9, 10, 19])
+    file = io.BytesIO()
+    off.write(file, points, sizes, connectivity)
+    mesh = read(tmp_path, file.getvalue())
+    np.testing.assert_array_equal(mesh.points, points)
+    assert mesh.sizes.tolist() == [3, 5]
+    np.testing.assert_array_equal(mesh.connectivity, connectivity)
