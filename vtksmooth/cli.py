@@ -88,7 +88,7 @@ def _add_arguments(parser: _Parser, command: str) -> None:
             "meshes", nargs="*", type=Path, metavar="MESH", help="meshes (default: PyVista's)"
         )
         parser.add_argument(
-            "--output", type=Path, metavar="DIR", default=Path("vtksmooth-demo"),
+            "--output", type=Path, metavar="DIR", default=Path("demo-output"),
             help="folder for the results (default: %(default)s)",
         )  # fmt: skip
     elif command == "quality":
