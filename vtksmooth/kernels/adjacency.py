@@ -391,9 +391,9 @@ def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
 
 
 @kernel
-def _edges(
+def _edges(  # type: ignore[no-untyped-def]
     ring_offsets, ring, corner_offsets, corners, corner_face, offsets, connectivity, place, ends, faces
-):  # type: ignore[no-untyped-def]
+):
     n = ring_offsets.size - 1
     k = 0
     for v in range(n):

@@ -203,7 +203,8 @@ class _Run:
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh, near)
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
-        self.state = State(mesh, near, reference, mesh.points.copy(), pinned)
+        points = mesh.points if self.order is not None else mesh.points.copy()
+        self.state = State(mesh, near, reference, points, pinned, self._first_points)
         if self.fixed is not None:
             mask = np.asarray(self.fixed) != 0
             Fixed(mask if self.order is None else mask[self.order]).bind(self.state)
@@ -213,12 +214,15 @@ class _Run:
         self.proposed = np.empty((0, 3))
         self.places = self._fused_places()
         report = self.report
-        k = quality.aspect_ratios(mesh, reference)
+        k = quality.aspect_ratios(self.state.mesh, reference)
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
         report.mean_aspect_ratio = (self.mean_k, self.mean_k)
         report.min_aspect_ratio = (float(k.min()), float(k.min()))
         report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
+
+    def _first_points(self) -> Float64:
+        return self.mesh.points if self.order is None else self.mesh.points[self.order]
 
     def _breadth_first_if_scattered(self, near: adjacency.Adjacency) -> npt.NDArray[np.int32] | None:
         # A sample of vertices tells whether neighbours are near in memory.
@@ -353,18 +357,18 @@ class _Run:
     def finish(self) -> Float64:
         """Complete the report and return the points in the numbering of the input."""
         state, report = self.state, self.report
-        before, after = state.original, state.mesh
-        k = quality.aspect_ratios(after, state.reference)
+        k = quality.aspect_ratios(state.mesh, state.reference)
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
-        moved = (before.points != after.points).any(axis=1) & (state.pinned == 0)
-        report.moved = int(np.count_nonzero(moved))
+        points = state.points
+        if self.order is not None:
+            points = np.empty_like(state.points)
+            points[self.order] = state.points
+        before, after = self.mesh, self.mesh.with_points(points)
+        # Points that no face uses may be NaN, and NaN differs from itself.
+        report.moved = int(np.count_nonzero(((before.points != points) & ~np.isnan(points)).any(axis=1)))
         report.swept_volume = measure.swept_volume(before, after)
         if measure.is_closed(state.near):
             report.volume = (measure.signed_volume(before), measure.signed_volume(after))
-        if self.order is None:
-            return state.points
-        points = np.empty_like(state.points)
-        points[self.order] = state.points
         return points

@@ -15,6 +15,7 @@ from . import adjacency, parallel
 from .compiled import device, kernel
 from .mesh import Mesh
 
+Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 #: The papers' bins of k.
@@ -172,32 +173,63 @@ def _area_vectors(starts, ends, points, offsets, connectivity, area):  # type: i
             area[f, 2] = 0.5 * nz
 
 
+@device
+def ring_normal(points, near, v):  # type: ignore[no-untyped-def]
+    """Sum of the area vectors of the faces round v, times two; each taken as a fan from v."""
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    nx = 0.0
+    ny = 0.0
+    nz = 0.0
+    for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        c = near.corners[i]
+        f = near.corner_face[c]
+        last = near.offsets[f + 1]
+        size = last - near.offsets[f]
+        for step in range(1, size - 1):
+            p = near.connectivity[c + step if c + step < last else c + step - size]
+            q = near.connectivity[c + step + 1 if c + step + 1 < last else c + step + 1 - size]
+            ax = points[p, 0] - x
+            ay = points[p, 1] - y
+            az = points[p, 2] - z
+            bx = points[q, 0] - x
+            by = points[q, 1] - y
+            bz = points[q, 2] - z
+            nx += ay * bz - az * by
+            ny += az * bx - ax * bz
+            nz += ax * by - ay * bx
+    return nx, ny, nz
+
+
 @kernel
-def _sum_at_vertices(starts, ends, corner_offsets, corners, corner_face, area, normals):  # type: ignore[no-untyped-def]
+def _ring_normals(starts, ends, points, near, normals):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            x = 0.0
-            y = 0.0
-            z = 0.0
-            for i in range(corner_offsets[v], corner_offsets[v + 1]):
-                f = corner_face[corners[i]]
-                x += area[f, 0]
-                y += area[f, 1]
-                z += area[f, 2]
-            normals[v, 0] = x
-            normals[v, 1] = y
-            normals[v, 2] = z
+            nx, ny, nz = ring_normal(points, near, v)
+            normals[v, 0] = 0.5 * nx
+            normals[v, 1] = 0.5 * ny
+            normals[v, 2] = 0.5 * nz
 
 
 @kernel
 def _sum_at_faces(starts, ends, offsets, connectivity, normals, reference):  # type: ignore[no-untyped-def]
+    total = np.empty(3)
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
+            largest = 0.0
             for axis in range(3):
-                total = 0.0
+                total[axis] = 0.0
                 for c in range(offsets[f], offsets[f + 1]):
-                    total += normals[connectivity[c], axis]
-                reference[f, axis] = total
+                    total[axis] += normals[connectivity[c], axis]
+                largest = max(largest, abs(total[axis]))
+            # By the largest component first: squares of areas of tiny or giant meshes leave float64.
+            length = 0.0
+            if largest > 0.0:
+                for axis in range(3):
+                    length += (total[axis] / largest) ** 2
+            for axis in range(3):
+                reference[f, axis] = total[axis] / largest / np.sqrt(length) if largest > 0.0 else 0.0
 
 
 def area_vectors(mesh: Mesh) -> Float64:
@@ -212,22 +244,20 @@ def area_vectors(mesh: Mesh) -> Float64:
 def ring_normals(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
     """Return each vertex' area-weighted normal, not unit: the sum of its faces' area vectors, (n, 3)."""
     normals = np.empty((mesh.n_points, 3))
-    parallel.run(
-        _sum_at_vertices, *parallel.ranges(mesh.n_points),
-        near.corner_offsets, near.corners, near.corner_face, area_vectors(mesh), normals,
-    )  # fmt: skip
+    parallel.run(_ring_normals, *parallel.ranges(mesh.n_points), mesh.points, near, normals)
     return normals
 
 
-def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
-    """Return for each face the sum of its vertices' area-weighted ring normals, (m, 3).
+def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float32:
+    """Return for each face the direction of the sum of its vertices' ring normals, unit, (m, 3) float32.
 
     An area on a surface is positive or negative *against a direction*. The face's own normal will not
     do (a face folded in the input would count as inverted once it is mended), nor will the ring normal
     of whichever vertex is being moved (one face would have several signs). One direction per face,
-    taken once from the reference mesh and frozen, does.
+    taken once from the reference mesh and frozen, does; single precision says as well which side is
+    which, at half the memory. Where the normals cancel the direction is 0, and no area is negative.
     """
-    reference = np.empty((mesh.n_faces, 3))
+    reference = np.empty((mesh.n_faces, 3), np.float32)
     parallel.run(
         _sum_at_faces, *parallel.ranges(mesh.n_faces),
         mesh.offsets, mesh.connectivity, ring_normals(mesh, near), reference,
@@ -235,7 +265,7 @@ def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
     return reference
 
 
-def aspect_ratios(mesh: Mesh, reference: Float64) -> Float64:
+def aspect_ratios(mesh: Mesh, reference: Float32) -> Float64:
     """Return the signed aspect ratio k of every face, (m,).
 
     At most 1 for triangles and plane quadrilaterals. Bent polygons can exceed 1, concave and crossed ones
@@ -244,7 +274,7 @@ def aspect_ratios(mesh: Mesh, reference: Float64) -> Float64:
     Parameters
     ----------
     mesh : Mesh
-    reference : (m, 3) float64
+    reference : (m, 3) float32
         Direction against which each face's area is signed, from :func:`reference_directions`.
 
     Notes

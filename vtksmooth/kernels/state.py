@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,22 +20,30 @@ class State:
 
     Attributes
     ----------
-    original : Mesh
-        The mesh at the start of the run. Never changes.
+    topology : Mesh
+        The faces. Its points are wherever they happen to be: use `mesh` or `original`.
     near : Adjacency
-    reference : (m, 3) float64
+    reference : (m, 3) float32
         Frozen direction of each face, see :func:`~vtksmooth.kernels.quality.reference_directions`.
     points : (n, 3) float64
         Where the vertices are now.
     pinned : (n,) uint8
         1 for vertices that must not move. Constraints add to it when they are bound.
+    first_points : callable
+        Returns where the points were at the start, (n, 3).
     """
 
-    original: Mesh
+    topology: Mesh
     near: Adjacency
-    reference: npt.NDArray[np.float64]
+    reference: npt.NDArray[np.float32]
     points: npt.NDArray[np.float64]
-    pinned: npt.NDArray[np.uint8] = field(repr=False)
+    pinned: npt.NDArray[np.uint8]
+    first_points: Callable[[], npt.NDArray[np.float64]]
+
+    @cached_property
+    def original(self) -> Mesh:
+        """The mesh at the start of the run; kept only if somebody asks for it."""
+        return self.topology.with_points(self.first_points())
 
     @cached_property
     def surface(self) -> ClosestPoint:
@@ -44,4 +53,4 @@ class State:
     @property
     def mesh(self) -> Mesh:
         """The mesh as it is now."""
-        return self.original.with_points(self.points)
+        return self.topology.with_points(self.points)

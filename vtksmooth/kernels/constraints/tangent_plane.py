@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .. import parallel
 from ..compiled import kernel
+from ..quality import ring_normal
 from ..state import State
 from . import Constraint, Float64, Int64
 
@@ -14,29 +15,10 @@ def _project(starts, ends, points, near, pinned, proposed):  # type: ignore[no-u
         for v in range(starts[part], ends[part]):
             if pinned[v]:
                 continue  # 0.0 taken from -0.0 would be other bits
-            nx = 0.0
-            ny = 0.0
-            nz = 0.0
+            nx, ny, nz = ring_normal(points, near, v)
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                c = near.corners[i]
-                f = near.corner_face[c]
-                a = near.offsets[f]
-                size = near.offsets[f + 1] - a
-                for step in range(1, size - 1):
-                    p = near.connectivity[a + (c - a + step) % size]
-                    q = near.connectivity[a + (c - a + step + 1) % size]
-                    ax = points[p, 0] - x
-                    ay = points[p, 1] - y
-                    az = points[p, 2] - z
-                    bx = points[q, 0] - x
-                    by = points[q, 1] - y
-                    bz = points[q, 2] - z
-                    nx += ay * bz - az * by
-                    ny += az * bx - ax * bz
-                    nz += ax * by - ay * bx
             square = nx * nx + ny * ny + nz * nz
             if square > 0.0:
                 off = (

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import parallel
 from ..compiled import kernel
+from ..quality import ring_normal
 from ..state import State
 from . import Float64, Int64, Scheme
 
@@ -29,27 +30,7 @@ def _propose(starts, ends, points, near, pinned, weighted, proposed):  # type: i
             proposed[v, 2] = z
             if pinned[v]:
                 continue
-            # Tangent plane: the ring normal, and two unit vectors across.
-            nx = 0.0
-            ny = 0.0
-            nz = 0.0
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                c = near.corners[i]
-                f = near.corner_face[c]
-                a = near.offsets[f]
-                size = near.offsets[f + 1] - a
-                for step in range(1, size - 1):
-                    p = near.connectivity[a + (c - a + step) % size]
-                    q = near.connectivity[a + (c - a + step + 1) % size]
-                    ax = points[p, 0] - x
-                    ay = points[p, 1] - y
-                    az = points[p, 2] - z
-                    bx = points[q, 0] - x
-                    by = points[q, 1] - y
-                    bz = points[q, 2] - z
-                    nx += ay * bz - az * by
-                    ny += az * bx - ax * bz
-                    nz += ax * by - ay * bx
+            nx, ny, nz = ring_normal(points, near, v)
             length = np.sqrt(nx * nx + ny * ny + nz * nz)
             if length == 0.0:
                 continue

@@ -217,7 +217,7 @@ class TrapeziumDrawing(Scheme):
         """Return what :meth:`sweep` needs, or None where it does not apply (polygons, giant rings)."""
         near = state.near
         widest = int(np.diff(near.ring_offsets).max())
-        if not state.original.only_triangles or widest > 255:
+        if not state.topology.only_triangles or widest > 255:
             return None
         places = np.empty((len(near.corners), 2), np.uint8)
         _ring_places(
