@@ -165,7 +165,7 @@ def test_truncated_files_are_refused(tmp_path, capfd, extension, part):
 def test_truncated_ascii_stl_is_refused(tmp_path):
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     # Cut where VTK sees nothing wrong.
-    (tmp_path / "s.stl").write_text(f"solid x\n{facet}{facet[:45]}")
+    (tmp_path / "s.stl").write_text(f"solid x\n{facet}{facet[:-46]}")
     with pytest.raises(MeshFileError, match="endsolid"):
         read_surface(tmp_path / "s.stl")
 
@@ -181,6 +181,17 @@ def test_faces_that_refer_to_no_point_are_refused(tmp_path):
         (tmp_path / name).write_text(text)
         with pytest.raises(MeshFileError, match="refers to point 9"):
             read_surface(tmp_path / name)
+
+
+@pytest.mark.parametrize(("number", "kind"), [(3, 12), (3, 253), (2, 5)])
+def test_cells_that_do_not_fit_their_type_are_refused(tmp_path, number, kind):
+    corners = " ".join(map(str, range(number)))
+    (tmp_path / "m.vtk").write_text(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
+        f"CELLS 1 {number + 1}\n{number} {corners}\nCELL_TYPES 1\n{kind}\n"
+    )
+    with pytest.raises(MeshFileError, match=f"type {kind}"):
+        read_surface(tmp_path / "m.vtk")
 
 
 def test_points_without_faces_are_refused(tmp_path):

@@ -29,6 +29,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObjectTreeIterator,
     vtkDataSet,
+    vtkGenericCell,
     vtkPointSet,
     vtkPolyData,
     vtkUnstructuredGrid,
@@ -186,7 +187,8 @@ def _wrong_signature(extension: str, head: bytes, size: int) -> str | None:
         if max(counts, default=0) > 1100 * size:
             return f"announces {max(counts)} elements in {size} bytes; it is damaged, export it again"
     elif extension == ".vtk":
-        if not head.startswith(b"# vtk DataFile"):
+        # The version decides how the rest is read; an unknown one has ended the process.
+        if not re.match(rb"# vtk DataFile Version [1-5]\.\d+\s", head):
             return "is not a legacy file of VTK, as its extension says; check its name"
     elif extension == ".vtkhdf":
         if not head.startswith(b"\x89HDF\r\n\x1a\n"):
@@ -334,7 +336,10 @@ def _surface(path: Path, data: Any, notes: list[str]) -> pv.PolyData:
     # Not vtkDataSetSurfaceFilter: of structured grids that gives six sides that share no points.
     surface = vtkGeometryFilter()
     surface.SetInputDataObject(data)
-    surface.Update()
+    with _vtk_messages() as messages:
+        _run(surface)
+    if messages:
+        raise MeshFileError(f"{path} has no outer surface ({messages[0]}); export the surface itself.")
     kind = re.sub(r"(?<!^)([A-Z])", r" \1", data.GetClassName()[3:]).lower()
     mesh = pv.wrap(surface.GetOutput())
     notes.append(
@@ -415,6 +420,20 @@ def _check(path: Path, data: Any) -> None:
         if not cells.IsValid():
             raise MeshFileError(f"{path} is damaged (broken cell offsets); export it again.")
         _check_indices(path, cells_of(cells)[1], n_points)
+    if isinstance(data, vtkUnstructuredGrid) and data.GetNumberOfCells():
+        _check_cell_types(path, data)
+
+
+def _check_cell_types(path: Path, grid: vtkUnstructuredGrid) -> None:
+    """Refuse cells of unknown types, and cells with another number of points than their type has."""
+    sizes = np.diff(cells_of(grid.GetCells())[0])
+    types = np.array([grid.GetCellType(i) for i in range(grid.GetNumberOfCells())])
+    for kind in np.unique(types).tolist():
+        cell = vtkGenericCell.InstantiateCell(kind)
+        # 0: any number, as of polygons and of the higher-order cells from 60 on.
+        size = cell.GetNumberOfPoints() if cell is not None and kind < 60 else 0
+        if cell is None or (size and (sizes[types == kind] != size).any()):
+            raise MeshFileError(f"{path} is damaged (broken cells of type {kind}); export it again.")
 
 
 def _check_indices(path: Path, connectivity: npt.NDArray[Any], n_points: int) -> None:
