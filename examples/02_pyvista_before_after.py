@@ -33,12 +33,12 @@ plotter = pv.Plotter(shape=(1, 2), off_screen=not options.show, window_size=[140
 for column, (state, title) in enumerate([(measured, "before"), (compared, "after 5 iterations")]):
     plotter.subplot(0, column)
     plotter.add_mesh(
-        state, scalars="AspectRatio", clim=(0, 1), cmap="cividis", show_edges=True, ambient=0.4,
-        scalar_bar_args={"title": f"k {title}", "n_labels": 3},
+        state, scalars="AspectRatio", clim=(0, 1), cmap="cividis", n_colors=5, show_edges=True, ambient=0.4,
+        scalar_bar_args={"title": f"k {title}", "n_labels": 3, "width": 0.32, "position_x": 0.64},
     )  # fmt: skip
 plotter.link_views()
 plotter.view_xz()
-plotter.camera.zoom(1.4)
+plotter.camera.zoom(1.3)
 if options.show:
     plotter.show()
 else:
