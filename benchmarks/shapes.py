@@ -1,0 +1,180 @@
+"""Shapes that the evidence and the benchmark generate: nothing here is read from a file."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+#: The cubic surface of Semenova et al., section 5.2, is z = 4x^3 + 6y^3; they give neither domain nor mesh.
+#: This half-width, these lines and this shift make the histogram of k that their table 8 starts from.
+CUBIC_HALF_WIDTH, CUBIC_LINES, CUBIC_SPACING, CUBIC_SHIFT = 0.565, (42, 39), 1.4, 0.86
+
+
+def polydata(points: npt.NDArray[np.floating], faces: npt.NDArray[np.integer]) -> pv.PolyData:
+    """Return the mesh of `faces`, (m, corners)."""
+    return pv.PolyData.from_regular_faces(np.asarray(points), np.asarray(faces))
+
+
+def grid_triangles(points: Float64, rows: int, columns: int, alternate: bool = False) -> Int64:
+    """Triangles of a grid of quadrilaterals: split by the shorter diagonal, or by turns, (2 * cells, 3)."""
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
+    a = i * (columns + 1) + j
+    b, c, d = a + columns + 1, a + columns + 2, a + 1
+    if alternate:
+        other = (i + j) % 2 == 0
+    else:
+        other = np.linalg.norm(points[a] - points[c], axis=1) > np.linalg.norm(points[b] - points[d], axis=1)
+    first = np.where(other, [a, b, d], [a, b, c]).T
+    second = np.where(other, [b, c, d], [a, c, d]).T
+    return np.concatenate((first, second))
+
+
+def lines(n: int, ratio: float) -> Float64:
+    """Positions 0..1 of n + 1 lines whose gaps are by turns 1 and `ratio`."""
+    gaps = np.where(np.arange(n) % 2, ratio, 1.0)
+    return np.concatenate(([0.0], np.cumsum(gaps))) / gaps.sum()
+
+
+def cubic_surface() -> pv.PolyData:
+    """Return z = 4x^3 + 6y^3 over a square: 1720 points that lie on it, badly placed."""
+    nx, ny = CUBIC_LINES
+    x, y = np.meshgrid(2.0 * lines(nx, CUBIC_SPACING) - 1.0, np.linspace(-1.0, 1.0, ny + 1), indexing="ij")
+    # Every second line of points is shifted along itself, the others the other way; the border is not.
+    y[1:-1:2, 1:-1] += CUBIC_SHIFT * 2.0 / ny
+    y[2:-1:2, 1:-1] -= CUBIC_SHIFT * 2.0 / ny
+    x, y = CUBIC_HALF_WIDTH * x.ravel(), CUBIC_HALF_WIDTH * y.ravel()
+    points = np.column_stack((x, y, 4.0 * x**3 + 6.0 * y**3))
+    return polydata(points, grid_triangles(points, nx, ny))
+
+
+def resampled_scan(scan: pv.PolyData) -> pv.PolyData:
+    """Resample the head of a cylindrical scan (27 rings of 189 points), with points badly placed.
+
+    The same surface, but 73 rings of 144 points: columns by turns 1 and 3 apart, every second ring shifted
+    along itself by 0.6 columns, and noise of 0.15 columns along the ring; split by turns.
+    """
+    rings, columns = 72, 144
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, rings + 1), lines(columns, 3.06), indexing="ij")
+    v[1:-1:2] += 0.6 / columns
+    v[2:-1:2] -= 0.6 / columns
+    v[1:-1] += np.random.default_rng(0).normal(0.0, 0.146 / columns, (rings - 1, 1))
+    points = _on_scan(np.asarray(scan.points, dtype=float).reshape(27, 189, 3), u.ravel(), v.ravel())
+    return polydata(points, grid_triangles(points, rings, columns, alternate=True)[:, ::-1])
+
+
+def _cubic_weights(t: Float64) -> list[Float64]:
+    # Catmull and Rom's interpolation between the middle two of four points.
+    return [
+        (-t + 2 * t**2 - t**3) / 2,
+        1 - (5 * t**2 - 3 * t**3) / 2,
+        (t + 4 * t**2 - 3 * t**3) / 2,
+        (t**3 - t**2) / 2,
+    ]
+
+
+def _on_scan(rings: Float64, u: Float64, v: Float64) -> Float64:
+    n, m = rings.shape[:2]
+    row = np.minimum((u * (n - 1)).astype(int), n - 2)
+    place = (v % 1.0) * m
+    column = np.floor(place).astype(int)
+    points = np.zeros((len(u), 3))
+    for i, along in enumerate(_cubic_weights((u * (n - 1) - row)[:, None])):
+        for j, around in enumerate(_cubic_weights((place - column)[:, None])):
+            points += along * around * rings[np.clip(row + i - 1, 0, n - 1), (column + j - 1) % m]
+    return points
+
+
+def terrain(side: int = 161, interval: float = 60.0) -> pv.PolyData:
+    """Terrain from contour lines: some hills, points where the lines of a grid cross the contours, Delaunay.
+
+    Points come close together along contours and far apart between them, and triangles with all corners
+    on one contour are flat, as in terrain made from maps.
+    """
+    x, y = np.meshgrid(np.linspace(-1.0, 1.0, side), np.linspace(-1.0, 1.0, side))
+    height = 900.0 * np.exp(-3.0 * (x**2 + 1.4 * y**2)) + 250.0 * np.sin(3.1 * x + 1.7 * y) * np.cos(2.3 * y)
+    height += 320.0 * np.exp(-25.0 * ((x - 0.55) ** 2 + (y + 0.45) ** 2))
+    grid = pv.ImageData(dimensions=(side, side, 1), spacing=(50.0, 50.0, 1.0))
+    grid["height"] = height.ravel()
+    levels = np.arange(np.floor(height.min()), height.max(), interval) + 0.5 * interval
+    contours = grid.contour(levels, scalars="height").clean()
+    rim = grid.extract_feature_edges(feature_edges=False, non_manifold_edges=False)
+    places = np.concatenate((contours.points[::4, :2], rim.points[::8, :2]))
+    heights = np.concatenate((contours["height"][::4], rim["height"][::8]))
+    flat = pv.PolyData(np.column_stack((places, np.zeros(len(places))))).delaunay_2d()
+    faces = flat.regular_faces
+    a, b, c = (places[faces[:, i]] for i in range(3))
+    up = (b - a)[:, 0] * (c - a)[:, 1] > (b - a)[:, 1] * (c - a)[:, 0]
+    return polydata(np.column_stack((places, heights)), np.where(up[:, None], faces, faces[:, ::-1]))
+
+
+def quad_torus(around: int = 120, across: int = 60, noise: float = 0.3, seed: int = 1) -> pv.PolyData:
+    """Return a torus of quadrilaterals whose points are displaced on it, normally by `noise` of a cell."""
+    u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    random = np.random.default_rng(seed)
+    a = 2.0 * np.pi * (u + np.clip(random.normal(0.0, noise, u.shape), -0.45, 0.45)) / around
+    b = 2.0 * np.pi * (v + np.clip(random.normal(0.0, noise, v.shape), -0.45, 0.45)) / across
+    tube = 2.0 + np.cos(b)
+    points = np.stack((tube * np.cos(a), tube * np.sin(a), np.sin(b)), axis=-1).reshape(-1, 3)
+    next_u, next_v = (u + 1) % around, (v + 1) % across
+    faces = np.stack((u * across + v, next_u * across + v, next_u * across + next_v, u * across + next_v), -1)
+    return polydata(points, faces.reshape(-1, 4))
+
+
+def sphere(triangles: int, noise: float = 0.0, shuffled: bool = False, seed: int = 0) -> pv.PolyData:
+    """Return a unit sphere of about `triangles` triangles, float64: an octahedron, subdivided.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of each coordinate, in mean edge lengths.
+    shuffled : bool
+        Number points and faces at random instead of row after row.
+    """
+    n = max(2, round(np.sqrt(triangles / 8.0)))
+    points, faces = _octahedron(n)
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    random = np.random.default_rng(seed)
+    if noise:
+        # A sphere of area 4 pi, cut into equilateral triangles.
+        edge = np.sqrt(4.0 * np.pi / len(faces) * 4.0 / np.sqrt(3.0))
+        points += random.normal(0.0, noise * edge, points.shape)
+    if shuffled:
+        order = random.permutation(len(points))
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        points, faces = points[order], rank[faces][random.permutation(len(faces))]
+    return polydata(points, faces)
+
+
+def _octahedron(n: int) -> tuple[Float64, Int64]:
+    # The faces of an octahedron unfold to a square of 2n by 2n cells, whose border is folded together:
+    # |x| + |y| <= n above; the corners of the square below.
+    i, j = np.meshgrid(np.arange(-n, n + 1), np.arange(-n, n + 1), indexing="ij")
+    x, y = i.astype(float), j.astype(float)
+    inside = np.abs(i) + np.abs(j) <= n
+    z = n - np.abs(x) - np.abs(y)
+    fx = np.where(inside, x, np.where(x >= 0, 1, -1) * (n - np.abs(y)))
+    fy = np.where(inside, y, np.where(y >= 0, 1, -1) * (n - np.abs(x)))
+    points = np.stack((fx, fy, z), axis=-1).reshape(-1, 3)
+    a = (np.arange(2 * n)[:, None] * (2 * n + 1) + np.arange(2 * n)).ravel()
+    b, c, d = a + 2 * n + 1, a + 2 * n + 2, a + 1
+    # Diagonals run along the octahedron's edges.
+    row, column = a // (2 * n + 1), a % (2 * n + 1)
+    rising = (row < n) == (column < n)
+    faces = np.concatenate(
+        (np.where(rising, [a, b, d], [a, b, c]).T, np.where(rising, [b, c, d], [a, c, d]).T)
+    )
+    return _merged(points, faces)
+
+
+def _merged(points: Float64, faces: Int64) -> tuple[Float64, Int64]:
+    # Whole numbers: equal points are exactly equal. The order of first appearance is kept.
+    _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return points[np.sort(first)], rank[inverse.ravel()][faces]

@@ -1,0 +1,557 @@
+"""The benchmark: our filters beside those people use today, in the same run.
+
+python benchmarks/speed.py [--sizes 10k,160k,1M,4M] [--data FOLDER] [--output docs/benchmark.md]
+
+Every case runs in a process of its own. Run it on an idle machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import platform
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import peers
+
+Float64 = npt.NDArray[np.float64]
+Int32 = npt.NDArray[np.int32]
+
+#: Standard deviation of the spheres' coordinates before they are put back on the sphere, in mean edges.
+NOISE = 0.2
+
+#: A long run should take this much longer than a short one, seconds.
+_LONG = 0.6
+
+#: Iterations tried for the time to a quality.
+_LADDER = (1, 2, 3, 5, 8, 12, 20, 35, 60, 100)
+QUALITY, SHARE = 0.6, 95.0
+
+#: Largest deviation allowed on the way to the quality, part of the diagonal.
+BOUNDS = {"sphere": 0.0005, "real": 0.002}
+
+
+# -- in the process of a case ----------------------------------------------------------------------
+
+
+def _status(field: str) -> int:
+    # Bytes; VmRSS now, VmHWM the highest since the process began or since the mark was reset.
+    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+        if line.startswith(field):
+            return 1024 * int(line.split()[1])
+    raise OSError(f"/proc/self/status has no {field}")
+
+
+def _load(path: str) -> tuple[Float64, Int32]:
+    with np.load(path) as arrays:
+        return arrays["points"], arrays["faces"]
+
+
+def _seconds(case: peers.Case, iterations: int) -> tuple[float, Any]:
+    native = case.fresh()
+    began = time.perf_counter()
+    result = case.run(native, iterations)
+    return time.perf_counter() - began, result
+
+
+def _warm(make: Callable[[Float64, Int32], peers.Case]) -> None:
+    # Imports, compilers and pools of threads, on a mesh that is too small to matter.
+    import shapes
+
+    mesh = shapes.sphere(800, NOISE)
+    case = make(np.asarray(mesh.points), mesh.regular_faces.astype(np.int32))
+    for iterations in (1, 2):
+        _seconds(case, iterations)
+
+
+def speed_case(tool: str, path: str, repeats: int) -> dict[str, Any]:
+    """Time per vertex and iteration, set-up, memory."""
+    make = peers.TOOLS[tool].make
+    _warm(make)
+    points, faces = _load(path)
+    n = len(points)
+    case = make(points, faces)
+    native = case.fresh()
+    baseline = _status("VmRSS")
+    reset = Path("/proc/self/clear_refs")
+    try:
+        reset.write_text("5", encoding="ascii")
+    except OSError:
+        baseline = max(baseline, 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    result = case.run(native, 2)
+    peak = _status("VmHWM")
+    memory = (peak - baseline) / n - case.output_bytes
+    del result, native
+    # A long run of as many iterations as take some time, but not too many: gates converge.
+    first = _seconds(case, 1)[0]
+    guess = max(1e-9, (_seconds(case, 3)[0] - first) / 2)
+    more = int(np.clip(_LONG / guess, 2, 20 if tool in ("TD", "smart Laplacian", "BDS") else 400))
+    rates, setups = [], []
+    for _ in range(repeats):
+        short = _seconds(case, 1)[0]
+        long = _seconds(case, 1 + more)[0]
+        done = (case.iterations_done or 1 + more) - 1
+        each = (long - short) / max(done, 1)
+        rates.append(1e9 * each / n)
+        setups.append(short - each)
+    return {
+        "median": float(np.median(rates)),
+        "min": float(np.min(rates)),
+        "setup": float(np.median(setups)),
+        "memory": memory,
+        "vertices": n,
+    }
+
+
+def quality_case(tool: str, path: str, bound: float) -> dict[str, Any]:
+    """Least time in which a run from the start reaches the quality within the bound."""
+    from vtksmooth.kernels import adjacency, quality
+    from vtksmooth.kernels.closest_point import ClosestPoint
+    from vtksmooth.kernels.mesh import Mesh
+
+    make = peers.TOOLS[tool].make
+    _warm(make)
+    points, faces = _load(path)
+    offsets = 3 * np.arange(len(faces) + 1, dtype=np.int32)
+    mesh = Mesh.from_arrays(points, offsets, faces.ravel())
+    directions = quality.reference_directions(mesh, adjacency.build(mesh))
+    surface, diagonal = ClosestPoint(mesh), mesh.diagonal
+    case = make(points, faces)
+    best = (0.0, 0)
+    for iterations in _LADDER:
+        seconds, result = _seconds(case, iterations)
+        after = case.points(result)
+        good = 100.0 * float((quality.aspect_ratios(mesh.with_points(after), directions) >= QUALITY).mean())
+        deviation = float(surface.query(after)[1].max()) / diagonal
+        if deviation > bound:
+            return {"reached": False, "share": best[0], "iterations": best[1], "why": "deviation"}
+        best = max(best, (good, iterations))
+        if good >= SHARE:
+            again = min(seconds, _seconds(case, iterations)[0])
+            return {"reached": True, "seconds": again, "iterations": iterations, "deviation": deviation}
+    return {"reached": False, "share": best[0], "iterations": best[1], "why": "quality"}
+
+
+def ratio_case(path: str, repeats: int) -> dict[str, Any]:
+    """Pairs that are compared with each other, run by turns in one process."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    from vtksmooth.kernels import adjacency
+    from vtksmooth.kernels.mesh import Mesh
+
+    points, faces = _load(path)
+    n = len(points)
+    result: dict[str, Any] = {"vertices": n}
+    for name, pair in {
+        "td": ("TD", "vtkSmoothPolyDataFilter"),
+        "umbrella": ("umbrella", "MeshLib relax"),
+    }.items():
+        try:
+            for tool in pair:
+                _warm(peers.TOOLS[tool].make)
+            cases = [peers.TOOLS[tool].make(points, faces) for tool in pair]
+        except ImportError:
+            continue
+        rates: list[list[float]] = [[], []]
+        more = 10 if name == "td" else 30
+        for _ in range(repeats + 1):
+            for case, rate in zip(cases, rates, strict=True):
+                short, long = _seconds(case, 1)[0], _seconds(case, 1 + more)[0]
+                done = (case.iterations_done or 1 + more) - 1
+                rate.append(1e9 * (long - short) / max(done, 1) / n)
+        result[name] = [float(np.median(rate[1:])) for rate in rates]
+        if name == "umbrella":
+            result["pass"] = result[name][0] * n / 1e9
+    polydata = peers.VtkSmooth(points, faces).native
+    mesh = Mesh.from_arrays(points, 3 * np.arange(len(faces) + 1, dtype=np.int32), faces.ravel())
+    times: dict[str, list[float]] = {"build": [], "links": []}
+    for _ in range(repeats + 1):
+        began = time.perf_counter()
+        adjacency.build(mesh)
+        times["build"].append(time.perf_counter() - began)
+        # Another vtkPolyData, so that nothing is left from before.
+        plain = vtkPolyData()
+        plain.SetPoints(polydata.GetPoints())
+        plain.SetPolys(polydata.GetPolys())
+        began = time.perf_counter()
+        plain.BuildLinks()
+        times["links"].append(time.perf_counter() - began)
+    return result | {name: float(np.median(values[1:])) for name, values in times.items()}
+
+
+def start_case(path: str) -> dict[str, Any]:
+    """What a fresh process waits for."""
+    began = time.perf_counter()
+    import pyvista as pv
+
+    after_pyvista = time.perf_counter()
+    import vtksmooth
+
+    after_package = time.perf_counter()
+    smoothing = vtksmooth.TrapeziumDrawing(iterations=5)
+    points, faces = _load(path)
+    mesh = pv.PolyData.from_regular_faces(points, faces)
+    times = [after_pyvista - began, after_package - after_pyvista]
+    for _ in range(2):
+        began = time.perf_counter()
+        smoothing.Modified()
+        smoothing(mesh)
+        times.append(time.perf_counter() - began)
+    return dict(zip(("pyvista", "vtksmooth", "first", "second"), times, strict=True))
+
+
+_CASES: dict[str, Callable[..., dict[str, Any]]] = {
+    "speed": speed_case,
+    "quality": quality_case,
+    "ratio": ratio_case,
+    "start": start_case,
+}
+
+
+# -- running cases ---------------------------------------------------------------------------------
+
+
+class Runner:
+    """Runs cases in processes of their own, within the time there is.
+
+    Parameters
+    ----------
+    timeout : float
+        Seconds for one case.
+    budget : float
+        Seconds for everything; what does not fit is not run, and that is said.
+    """
+
+    def __init__(self, timeout: float, budget: float) -> None:
+        self.timeout, self.end = timeout, time.monotonic() + budget
+
+    def __call__(self, kind: str, threads: int, **arguments: Any) -> dict[str, Any]:
+        """Return what the case returns, or ``{"failed": why}``."""
+        left = self.end - time.monotonic()
+        if left < 1.0:
+            return {"failed": "no time left"}
+        environment = os.environ | {"VTKSMOOTH_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+        processors = sorted(os.sched_getaffinity(0))[:threads]
+        command = [
+            sys.executable, str(Path(__file__).resolve()),
+            "--case", json.dumps({"kind": kind, "processors": processors, **arguments}),
+        ]  # fmt: skip
+        print(f"{kind} {arguments.get('tool', '')} {threads}", file=sys.stderr, flush=True)
+        try:
+            done = subprocess.run(
+                command, env=environment, capture_output=True, text=True, check=False,
+                timeout=min(self.timeout, left),
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            return {"failed": f"over {self.timeout:.0f} s" if left > self.timeout else "no time left"}
+        if done.returncode != 0:
+            lines = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
+            print("\n".join(lines[-5:]), file=sys.stderr)
+            return {"failed": "not installed" if "ModuleNotFoundError" in lines[-1] else "failed"}
+        result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
+        return result
+
+
+def _in_case(text: str) -> None:
+    arguments = json.loads(text)
+    kind = arguments.pop("kind")
+    # Before anything counts processors.
+    os.sched_setaffinity(0, arguments.pop("processors"))
+    print(json.dumps(_CASES[kind](**arguments)))
+
+
+# -- the page --------------------------------------------------------------------------------------
+
+
+def machine() -> str:
+    """Describe the machine in words."""
+    text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    match = re.search(r"model name\s*:\s*(.+)", text)
+    name = match[1].strip() if match else platform.machine()
+    cores = len(os.sched_getaffinity(0))
+    words = {1: "one core", 2: "two cores", 4: "four cores", 8: "eight cores"}
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    load = os.getloadavg()[0]
+    return (
+        f"{words.get(cores, f'{cores} cores')} of an {name}, {memory:.0f} GB of memory, "
+        f"{platform.system()}; load average at the start {load:.1f}"
+    )
+
+
+def versions() -> str:
+    """Name the versions of everything that is compared."""
+    found = [f"Python {platform.python_version()}"]
+    packages = ["vtksmooth", "numpy", "numba", "vtk", "pyvista", "meshlib", "pymeshlab", "trimesh", "open3d"]
+    for package in packages:
+        try:
+            found.append(f"{package} {metadata.version(package)}")
+        except metadata.PackageNotFoundError:
+            found.append(f"{package} not installed" if package != "vtksmooth" else "vtksmooth (source tree)")
+    return ", ".join(found)
+
+
+def sizes_of(text: str) -> dict[str, int]:
+    """Read ``10k,160k,1M`` as numbers of triangles by their names."""
+    factors = {"k": 1_000, "M": 1_000_000}
+    return {
+        name: int(float(name[:-1]) * factors[name[-1]]) if name[-1] in factors else int(name)
+        for name in text.split(",")
+    }
+
+
+def _write_mesh(path: Path, mesh: Any) -> str:
+    np.savez(path, points=np.asarray(mesh.points, dtype=float), faces=mesh.regular_faces.astype(np.int32))
+    return str(path)
+
+
+def _combinations(tool: peers.Tool, triangles: int, all_threads: int) -> Iterator[tuple[str, int]]:
+    """Orders and threads that are worth their time at this size."""
+    counts = sorted({1, all_threads}) if tool.threads else [1]
+    for order in ("coherent", "shuffled"):
+        for threads in counts:
+            large = triangles > 500_000
+            huge = triangles > 2_000_000
+            # On large meshes one number a tool and order, except for those that matter most.
+            if large and not tool.prime and threads != counts[-1]:
+                continue
+            if huge and not tool.prime and order == "shuffled":
+                continue
+            yield order, threads
+
+
+def _cell(result: dict[str, Any] | None) -> str:
+    if result is None:
+        return ""
+    if "failed" in result:
+        return str(result["failed"])
+    return f"{result['median']:.1f} ({result['min']:.1f})"
+
+
+def _speed_section(
+    run: Runner, sizes: dict[str, int], folder: Path, repeats: int, only: set[str]
+) -> list[str]:
+    import tables
+
+    all_threads = len(os.sched_getaffinity(0))
+    lines: list[str] = []
+    for name, triangles in sizes.items():
+        files = {order: str(folder / f"{name}-{order}.npz") for order in ("coherent", "shuffled")}
+        rows = []
+        vertices = 0
+        for label, tool in peers.TOOLS.items():
+            if only and label not in only:
+                continue
+            results: dict[tuple[str, int], dict[str, Any]] = {}
+            for order, threads in _combinations(tool, triangles, all_threads):
+                result = run("speed", threads, tool=label, path=files[order], repeats=repeats)
+                results[order, threads] = result
+                vertices = result.get("vertices", vertices)
+                if result.get("failed") in ("not installed", f"over {run.timeout:.0f} s"):
+                    break
+            last = results.get(("coherent", all_threads)) or next(iter(results.values()))
+            extras = ["", ""] if "failed" in last else [f"{last['setup']:.3f}", f"{last['memory']:.0f}"]
+            columns = [("coherent", 1), ("coherent", all_threads), ("shuffled", 1), ("shuffled", all_threads)]
+            cells = [_cell(results.get(key)) for key in dict.fromkeys(columns)]
+            rows.append([label, *cells, *extras])
+        many = [] if all_threads == 1 else [f"{all_threads} threads"]
+        head = [f"{name} triangles", "in order, 1 thread", *(f"in order, {m}" for m in many)]
+        head += ["shuffled, 1 thread", *(f"shuffled, {m}" for m in many), "set-up, s", "memory, bytes/vertex"]
+        lines += [f"### {name} triangles, {vertices:,} vertices", "", *tables.table(head, rows)]
+    return lines
+
+
+def _quality_section(run: Runner, meshes: Sequence[tuple[str, str, float]], only: set[str]) -> list[str]:
+    import tables
+
+    threads = len(os.sched_getaffinity(0))
+    rows = []
+    for label in peers.TOOLS:
+        if only and label not in only:
+            continue
+        row = [label]
+        for _, path, bound in meshes:
+            result = run("quality", threads, tool=label, path=path, bound=bound)
+            if "failed" in result:
+                row.append(result["failed"])
+            elif result["reached"]:
+                row.append(f"{result['seconds']:.3f} s, {result['iterations']} iterations")
+            else:
+                why = "too far off" if result["why"] == "deviation" else "not better"
+                row.append(f"never: {result['share']:.1f} % after {result['iterations']}, then {why}")
+        rows.append(row)
+    return tables.table(["time to the quality", *(name for name, _, _ in meshes)], rows)
+
+
+def _ratio_section(run: Runner, files: dict[str, str], repeats: int) -> list[str]:
+    import tables
+
+    threads = len(os.sched_getaffinity(0))
+    rows = []
+    for name, path in files.items():
+        for count in sorted({1, threads}):
+            r = run("ratio", count, path=path, repeats=repeats)
+            if "failed" in r:
+                rows.append([name, count, r["failed"], "", ""])
+                continue
+            td = r["td"]
+            umbrella = r.get("umbrella")
+            allowed = r["links"] + r.get("pass", 0.0)
+            rows.append([
+                name, count, f"{td[0]:.0f} : {td[1]:.0f} = {td[0] / td[1]:.2f}",
+                f"{umbrella[0]:.1f} : {umbrella[1]:.1f} = {umbrella[0] / umbrella[1]:.2f}"
+                if umbrella else "not installed",
+                f"{1e3 * r['build']:.1f} : {1e3 * allowed:.1f} = {r['build'] / allowed:.2f}",
+            ])  # fmt: skip
+    head = [
+        "mesh", "threads", "TD : vtkSmoothPolyDataFilter, ns", "umbrella : MeshLib relax, ns",
+        "neighbourhoods : BuildLinks + one umbrella pass, ms",
+    ]  # fmt: skip
+    return tables.table(head, rows)
+
+
+def _start_section(run: Runner, path: str, repeats: int) -> list[str]:
+    import tables
+
+    threads = len(os.sched_getaffinity(0))
+    results = [run("start", threads, path=path) for _ in range(max(3, repeats))]
+    good = [result for result in results if "failed" not in result]
+    if not good:
+        return ["The fresh process failed.", ""]
+    median = {key: float(np.median([result[key] for result in good])) for key in good[0]}
+    rows = [
+        ["import pyvista", f"{median['pyvista']:.2f}"],
+        ["import vtksmooth after it", f"{median['vtksmooth']:.3f}"],
+        ["first result, TD, 5 passes", f"{median['first']:.3f}"],
+        ["second result", f"{median['second']:.3f}"],
+        ["first - second", f"{median['first'] - median['second']:.3f}"],
+    ]
+    return tables.table(["fresh process, smallest mesh", "s"], rows)
+
+
+def _real_mesh(data: Path | None) -> tuple[str, Any]:
+    import pyvista as pv
+    from pyvista import examples
+
+    if data is not None and (data / "rocker-arm.obj").is_file():
+        return "Rocker Arm (alecjacobson/common-3d-test-models)", pv.read(data / "rocker-arm.obj")
+    return "PyVista's nut", pv.read(examples.nutfile)
+
+
+def benchmark(
+    sizes: dict[str, int],
+    data: Path | None,
+    run: Runner,
+    repeats: int,
+    only: set[str],
+) -> str:
+    """Run everything and return the page."""
+    import shapes
+    import tables  # noqa: F401 - fails early where matplotlib is missing
+
+    began = time.monotonic()
+    described = machine()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        for name, triangles in sizes.items():
+            for order in ("coherent", "shuffled"):
+                print(f"making {name} {order}", file=sys.stderr, flush=True)
+                mesh = shapes.sphere(triangles, NOISE, shuffled=order == "shuffled")
+                _write_mesh(folder / f"{name}-{order}.npz", mesh)
+        names = list(sizes)
+        middle = names[min(1, len(names) - 1)]
+        label, real = _real_mesh(data)
+        real_path = _write_mesh(folder / "real.npz", real)
+        targets = [
+            (f"sphere, {middle}", str(folder / f"{middle}-coherent.npz"), BOUNDS["sphere"]),
+            (label, real_path, BOUNDS["real"]),
+        ]
+        start = _start_section(run, str(folder / f"{names[0]}-coherent.npz"), repeats)
+        ratio_files = {
+            f"{name}, {order}": str(folder / f"{name}-{order}.npz")
+            for name in dict.fromkeys((middle, names[min(2, len(names) - 1)]))
+            for order in ("coherent", "shuffled")
+        }
+        ratios = _ratio_section(run, ratio_files, repeats)
+        reached = _quality_section(run, targets, only)
+        speeds = _speed_section(run, sizes, folder, repeats, only)
+    minutes = (time.monotonic() - began) / 60.0
+    lines = [
+        "# Benchmark",
+        "",
+        f"Made by `python benchmarks/speed.py` on {datetime.date.today():%B %Y}: {described}. "
+        f"{versions()}. It took {minutes:.0f} minutes.",
+        "",
+        "How it is measured is in [benchmarks/README.md](../benchmarks/README.md).",
+        "",
+        "## Pairs, run by turns in one process",
+        "",
+        "Nanoseconds per vertex and iteration, and their ratio; milliseconds in the last column.",
+        "",
+        *ratios,
+        "## Starting",
+        "",
+        *start,
+        "## Time to a given quality",
+        "",
+        f"{SHARE:.0f} % of the faces with k >= {QUALITY}, while no point is farther from the original surface "
+        f"than {100 * BOUNDS['sphere']:g} % of the diagonal (sphere) or {100 * BOUNDS['real']:g} % "
+        f"({label}). All threads, set-up included, best of two runs. *Never* says how many faces had the quality "
+        "after how many iterations, and what ended it: more iterations went too far off the surface, or "
+        f"{_LADDER[-1]} of them were not enough.",
+        "",
+        *reached,
+        "## Nanoseconds per vertex and iteration",
+        "",
+        "Median (least) of the repeats. Set-up and memory belong to vertices in order and all threads; memory is "
+        "the peak over input and output. Empty: not run, because the tool has one thread only or the "
+        "combination was left out at this size.",
+        "",
+        *speeds,
+    ]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description="Time our filters beside others.")
+    given = os.environ.get("VTKSMOOTH_DATA")
+    parser.add_argument("--sizes", default="10k,160k,1M,4M", help="triangles, separated by commas")
+    parser.add_argument("--data", type=Path, default=Path(given) if given else None, help="folder of meshes")
+    parser.add_argument("--output", type=Path, default=Path("docs/benchmark.md"))
+    parser.add_argument("--timeout", type=float, default=45.0, help="seconds for one case")
+    parser.add_argument("--budget", type=float, default=840.0, help="seconds for all cases")
+    parser.add_argument("--repeats", type=int, default=3, help="pairs of a short and a long run")
+    parser.add_argument("--tools", default="", help="only these, separated by commas")
+    parser.add_argument("--case", help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    if options.case:
+        _in_case(options.case)
+        return
+    only = {name for name in options.tools.split(",") if name}
+    unknown = only - set(peers.TOOLS)
+    if unknown:
+        parser.error(f"no tool {', '.join(sorted(unknown))}; there are {', '.join(peers.TOOLS)}")
+    runner = Runner(options.timeout, options.budget)
+    page = benchmark(sizes_of(options.sizes), options.data, runner, options.repeats, only)
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    options.output.write_text(page, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
