@@ -142,7 +142,7 @@ def test_all_fixed_is_nothing_to_do():
 
 def test_a_sliding_boundary_becomes_even():
     mesh = meshes.sheet(10, 4, jitter=0.1, seed=3, boundary_jitter=0.3)
-    points, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True)], iterations=400)
+    points, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True)], iterations=300)
     side = mesh.points[:, 1] == 0
     np.testing.assert_allclose(points[side, 0], np.arange(11), atol=1e-2)
 
@@ -160,9 +160,10 @@ def test_corners_of_a_sliding_boundary_stay_by_their_angle():
     chord = mesh.points[7] - mesh.points[5]
     step = loose[6] - mesh.points[6]
     assert np.linalg.norm(np.cross(chord, step)) < 1e-15, "parallel to the line through its neighbours"
-    assert np.linalg.norm(loose[6] - mesh.points[5]) == pytest.approx(
-        np.linalg.norm(loose[6] - mesh.points[7])
-    )
+    target = mesh.points[6] + 2 * step
+    assert np.linalg.norm(target - mesh.points[5]) == pytest.approx(
+        np.linalg.norm(target - mesh.points[7])
+    ), "half way to where it is equally far from both"
 
 
 def test_irregular_points_stay_whatever_the_boundary_may_do():

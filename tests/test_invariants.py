@@ -90,9 +90,6 @@ constraint_lists = st.sampled_from(
 )
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a move that makes fewer faces inverted may leave one worse than any before"
-)
 @given(mesh=surfaces(), constraints=constraint_lists, seed=st.integers(0, 99))
 @settings(max_examples=150)
 def test_no_pass_of_trapezium_drawing_makes_the_worst_face_worse_or_inverts_more(mesh, constraints, seed):

@@ -12,6 +12,7 @@ from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
 from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.angle_based import AngleBased
 from vtksmooth.kernels.schemes.cotangent import Cotangent
 from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
@@ -356,3 +357,27 @@ def test_ranges_do_not_depend_on_threads_and_cover_everything():
     assert starts.tolist() == [0, 4096, 8192]
     assert ends.tolist() == [4096, 8192, 10_000]
     assert len(parallel.ranges(0)[0]) == 0
+
+
+def test_a_mask_of_another_length_is_refused():
+    mesh = meshes.sheet(4, 4)
+    for length in (mesh.n_points - 1, mesh.n_points + 1):
+        with pytest.raises(ParameterError, match=f"{mesh.n_points} points"):
+            loop.smooth(mesh, Umbrella(), iterations=1, fixed=np.zeros(length))
+
+
+def test_giant_faces_take_linear_time_and_hold_their_points():
+    n = 20_000  # a cap with all pairs of its corners would take 3 GB and minutes
+    angle = 2 * np.pi * np.arange(n) / n
+    rim = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    ring = np.arange(n)
+    sides = np.column_stack([ring, np.roll(ring, -1), n + np.roll(ring, -1), n + ring])
+    cap = Mesh.from_arrays(
+        np.vstack([rim, rim + np.array([0, 0, 1])]),
+        np.concatenate([[0], 4 * np.arange(1, n + 1), [5 * n, 6 * n]]),
+        np.concatenate([sides.ravel(), ring[::-1], n + ring]),
+    )
+    points, report = loop.smooth(cap, TrapeziumDrawing(), [Gate("aspect")], iterations=2)
+    np.testing.assert_array_equal(points, cap.points)
+    assert report.stop_reason == "nothing-to-do"
+    assert report.volume[0] == pytest.approx(np.pi, rel=1e-6)

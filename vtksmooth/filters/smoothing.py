@@ -52,7 +52,7 @@ class SmoothingFilter(Filter):
     )  # fmt: skip
     max_deviation_fraction = Parameter(
         None, "Keep every point within this distance of the original surface.",
-        low=0.0, unit="of the diagonal", optional=True, type=float,
+        low=0.0, unit="diagonals", optional=True, type=float,
     )  # fmt: skip
     stop_normal_deviation = Parameter(
         None, "Stop before vertex normals turn by more than this.",
@@ -64,7 +64,7 @@ class SmoothingFilter(Filter):
     )  # fmt: skip
     stop_deviation_fraction = Parameter(
         None, "Stop before points are farther from the original surface than this.",
-        low=0.0, unit="of the diagonal", optional=True, type=float,
+        low=0.0, unit="diagonals", optional=True, type=float,
     )  # fmt: skip
     stop_volume_percent = Parameter(
         None, "Stop before the enclosed volume changes by more than this.",

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .compiled import kernel
-from .mesh import Mesh
+from .mesh import LARGEST_POLYGON, Mesh
 
 Int32 = npt.NDArray[np.int32]
 
@@ -184,7 +184,10 @@ def one_rings(rows: Int32, after: Int32, before: Int32) -> tuple[Int32, Int32, n
 
 @kernel
 def stars(offsets, connectivity, rows, corners, corner_face):  # type: ignore[no-untyped-def]
-    """Return star_offsets, star: all other vertices of the faces round each vertex, in face order."""
+    """Return star_offsets, star: all other vertices of the faces round each vertex, in face order.
+
+    Of giant faces only the two neighbours: all pairs of their corners would not fit in memory.
+    """
     n = rows.size - 1
     star_offsets = np.empty(n + 1, np.int64)
     star_offsets[0] = 0
@@ -199,8 +202,14 @@ def stars(offsets, connectivity, rows, corners, corner_face):  # type: ignore[no
             place[v] = k  # v itself is no neighbour
             for i in range(rows[v], rows[v + 1]):
                 f = corner_face[corners[i]]
-                for c in range(offsets[f], offsets[f + 1]):
-                    w = connectivity[c]
+                first = offsets[f]
+                size = offsets[f + 1] - first
+                at = corners[i] - first
+                giant = size > LARGEST_POLYGON
+                for step in range(1, 3 if giant else size + 1):
+                    # In face order; of a giant the next corner and the one before.
+                    c = (at + (1 if step == 1 else size - 1)) % size if giant else step - 1
+                    w = connectivity[first + c]
                     if w != v and place[w] < start:
                         place[w] = k
                         if turn == 1:

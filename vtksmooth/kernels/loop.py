@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import ParameterError
 from ..report import RunReport
 from . import adjacency, measure, parallel, quality
 from .compiled import kernel
@@ -21,7 +22,7 @@ from .constraints import Constraint
 from .constraints.boundary import Boundary
 from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
-from .mesh import Mesh
+from .mesh import LARGEST_POLYGON, Mesh
 from .schemes import Scheme
 from .schemes.trapezium import TrapeziumDrawing
 from .state import State
@@ -204,9 +205,16 @@ class _Run:
         reference = quality.reference_directions(mesh, near)
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
         points = mesh.points if self.order is not None else mesh.points.copy()
-        self.state = State(mesh, near, reference, points, pinned, self._first_points)
+        k = quality.aspect_ratios(mesh, reference)
+        self.state = State(mesh, near, reference, points, pinned, float(k.min()), self._first_points)
+        self._pin_giants()
         if self.fixed is not None:
             mask = np.asarray(self.fixed) != 0
+            if mask.shape != (self.mesh.n_points,):
+                raise ParameterError(
+                    f"fixed must hold one value for each of the {self.mesh.n_points} points, "
+                    f"not have the shape {mask.shape}."
+                )
             Fixed(mask if self.order is None else mask[self.order]).bind(self.state)
         for constraint in self.constraints:
             constraint.bind(self.state)
@@ -214,12 +222,16 @@ class _Run:
         self.proposed = np.empty((0, 3))
         self.places = self._fused_places()
         report = self.report
-        k = quality.aspect_ratios(self.state.mesh, reference)
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
         report.mean_aspect_ratio = (self.mean_k, self.mean_k)
         report.min_aspect_ratio = (float(k.min()), float(k.min()))
         report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
+
+    def _pin_giants(self) -> None:
+        topology = self.state.topology
+        for f in np.flatnonzero(topology.face_sizes > LARGEST_POLYGON):
+            self.state.pinned[topology.connectivity[topology.offsets[f] : topology.offsets[f + 1]]] = 1
 
     def _first_points(self) -> Float64:
         return self.mesh.points if self.order is None else self.mesh.points[self.order]
@@ -265,6 +277,8 @@ class _Run:
         moved = -1
         for turn in range(self.scheme.passes):
             self.scheme.prepare(state, turn)
+            for constraint in self.constraints:
+                constraint.prepare(state)
             if not self.in_place:
                 self._simultaneous(turn)
             elif self.places is not None:
@@ -304,8 +318,9 @@ class _Run:
     def _fused(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, TrapeziumDrawing)
         assert self.places is not None
+        floor = next(c.floor for c in self.constraints if isinstance(c, Gate))
         for number, (blocks, _) in enumerate(self.classes):
-            yield self.scheme.sweep(self.state, self.places, MARGIN, *blocks)
+            yield self.scheme.sweep(self.state, self.places, MARGIN, floor, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
 
     # -- stop rules --------------------------------------------------------------------------------

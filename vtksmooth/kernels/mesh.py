@@ -15,6 +15,10 @@ from .compiled import kernel
 #: fits the rest of the machine.
 _INDEX_LIMIT = 2**31 - 1
 
+#: Faces with more corners ("giants": the caps of cylinders) are measured roughly, and their vertices do
+#: not move: looking at all of such a face for each of its vertices takes cubic time.
+LARGEST_POLYGON = 64
+
 #: Squares of areas of faces this large (or this small) leave the range of float64.
 _LARGEST_COORDINATE = 1e70
 

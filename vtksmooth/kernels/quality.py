@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import adjacency, parallel
 from .compiled import device, kernel
-from .mesh import Mesh
+from .mesh import LARGEST_POLYGON, Mesh
 
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
@@ -78,6 +78,14 @@ def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  
     smallest = np.inf
     perimeter = 0.0
     longest = 0.0
+    mx = 0.0
+    my = 0.0
+    mz = 0.0
+    if size > LARGEST_POLYGON:
+        for i in range(first, last):
+            mx += points[connectivity[i], 0] / size
+            my += points[connectivity[i], 1] / size
+            mz += points[connectivity[i], 2] / size
     for i in range(size):
         p = connectivity[first + i]
         q = connectivity[first + (i + 1) % size]
@@ -101,6 +109,10 @@ def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  
         side = ax * ax + ay * ay + az * az
         perimeter += side
         longest = max(longest, side)
+        # In giants twice the largest distance from the middle stands for the longest diagonal.
+        if size > LARGEST_POLYGON:
+            longest = max(longest, 4.0 * ((px - mx) ** 2 + (py - my) ** 2 + (pz - mz) ** 2))
+            continue
         for j in range(i + 2, size - (1 if i == 0 else 0)):
             d = connectivity[first + j]
             dx = (x if d == v else points[d, 0]) - px
@@ -175,21 +187,25 @@ def _area_vectors(starts, ends, points, offsets, connectivity, area):  # type: i
 
 @device
 def ring_normal(points, near, v):  # type: ignore[no-untyped-def]
-    """Sum of the area vectors of the faces round v, times two; each taken as a fan from v."""
+    """Sum of the area vectors of the faces round v, times two; each taken as a fan from v.
+
+    Of giants the corner at v alone counts, or a cap would take quadratic time.
+    """
     x = points[v, 0]
     y = points[v, 1]
     z = points[v, 2]
     nx = 0.0
     ny = 0.0
     nz = 0.0
-    for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-        c = near.corners[i]
+    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        c = near.corners[row]
         f = near.corner_face[c]
         last = near.offsets[f + 1]
         size = last - near.offsets[f]
-        for step in range(1, size - 1):
+        for step in range(1, size - 1, size - 2 if size > LARGEST_POLYGON else 1):
             p = near.connectivity[c + step if c + step < last else c + step - size]
-            q = near.connectivity[c + step + 1 if c + step + 1 < last else c + step + 1 - size]
+            i = c + step + 1 if size <= LARGEST_POLYGON else c + size - 1
+            q = near.connectivity[i if i < last else i - size]
             ax = points[p, 0] - x
             ay = points[p, 1] - y
             az = points[p, 2] - z

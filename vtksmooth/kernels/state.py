@@ -29,6 +29,8 @@ class State:
         Where the vertices are now.
     pinned : (n,) uint8
         1 for vertices that must not move. Constraints add to it when they are bound.
+    smallest_k : float
+        Smallest aspect ratio at the start.
     first_points : callable
         Returns where the points were at the start, (n, 3).
     """
@@ -38,6 +40,7 @@ class State:
     reference: npt.NDArray[np.float32]
     points: npt.NDArray[np.float64]
     pinned: npt.NDArray[np.uint8]
+    smallest_k: float
     first_points: Callable[[], npt.NDArray[np.float64]]
 
     @cached_property

@@ -24,5 +24,8 @@ class Constraint:
     def bind(self, state: State) -> None:
         """Look at the mesh once, before the first pass; pin vertices that may never move."""
 
+    def prepare(self, state: State) -> None:
+        """Compute what the pass that begins needs of the whole mesh."""
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what is allowed."""

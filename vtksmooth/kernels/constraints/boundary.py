@@ -28,7 +28,7 @@ def _slide(starts, ends, points, border, border_ring, pinned, proposed):  # type
             for axis in range(3):
                 proposed[v, axis] = points[v, axis]
                 if chord > 0.0:
-                    proposed[v, axis] += along / chord * (points[b, axis] - points[a, axis])
+                    proposed[v, axis] += 0.5 * along / chord * (points[b, axis] - points[a, axis])
 
 
 class Boundary(Constraint):
@@ -40,9 +40,9 @@ class Boundary(Constraint):
     Parameters
     ----------
     sliding : bool
-        If true, a boundary vertex moves parallel to the line through its two boundary neighbours, to
-        where it is equally far from both (Trapezium Drawing in one dimension); straight boundaries stay
-        straight. If false, it does not move.
+        If true, a boundary vertex moves parallel to the line through its two boundary neighbours, half
+        way to where it is equally far from both (Trapezium Drawing in one dimension; the whole way would
+        swing when all move at once). Straight boundaries stay straight. If false, it does not move.
     corner_angle : float
         When sliding, boundary vertices where the boundary turns by more than this stay, degrees.
     """

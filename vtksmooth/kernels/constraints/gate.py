@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import parallel
 from ..compiled import device, kernel
-from ..quality import polygon_square, triangle_square
+from ..quality import aspect_ratios, polygon_square, triangle_square
 from ..state import State
 from . import Constraint, Float64, Int64
 
@@ -79,7 +79,7 @@ def _judge(kind, points, near, reference, v, x, y, z):  # type: ignore[no-untype
 
 
 @kernel
-def _gate(starts, ends, kind, points, near, reference, margin, proposed):  # type: ignore[no-untyped-def]
+def _gate(starts, ends, kind, points, near, reference, margin, floor, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             x = points[v, 0]
@@ -93,7 +93,8 @@ def _gate(starts, ends, kind, points, near, reference, margin, proposed):  # typ
             )
             # A cosine near 0, of a right angle, has its rounding errors relative to 1.
             needed = old + margin * (1.0 if kind == 1 else abs(old))
-            if not (new_inverted < old_inverted or (new_inverted == old_inverted and new > needed)):
+            better = new_inverted == old_inverted and new > needed
+            if not (better or (new_inverted < old_inverted and new >= floor)):
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
@@ -102,8 +103,9 @@ def _gate(starts, ends, kind, points, near, reference, margin, proposed):  # typ
 class Gate(Constraint):
     """Accept a move only if it improves the worst element round the vertex.
 
-    ``"aspect"`` (paper C, section 2.1): fewer inverted elements than before, or as many and a greater
-    smallest k. With it no pass lowers the smallest k of the mesh or makes more elements inverted.
+    ``"aspect"`` (paper C, section 2.1): as many inverted elements as before and a greater smallest k, or
+    fewer inverted elements and none worse than the worst of the whole mesh when the pass began. With it
+    no pass lowers the smallest k of the mesh or makes more elements inverted.
     ``"angle"`` (smart Laplacian): a greater smallest angle, which does not see inversion.
 
     Parameters
@@ -115,8 +117,19 @@ class Gate(Constraint):
 
     def __init__(self, measure: str = "aspect") -> None:
         self.kind = {"angle": ANGLE, "aspect": ASPECT}[measure]
+        self.floor = 0.0
+
+    def bind(self, state: State) -> None:
+        self.floor = state.smallest_k * abs(state.smallest_k)
+
+    def prepare(self, state: State) -> None:
+        # Where nothing is inverted nothing will be, and the floor is never asked for.
+        if self.kind == ASPECT and self.floor < 0.0:
+            k = float(aspect_ratios(state.mesh, state.reference).min())
+            self.floor = k * abs(k)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
-            _gate, starts, ends, self.kind, state.points, state.near, state.reference, MARGIN, proposed
-        )
+            _gate, starts, ends,
+            self.kind, state.points, state.near, state.reference, MARGIN, self.floor, proposed,
+        )  # fmt: skip

@@ -124,7 +124,7 @@ def _ring_places(corner_offsets, corners, connectivity, ring_offsets, ring, plac
 
 
 @kernel
-def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin):  # type: ignore[no-untyped-def]
+def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin, floor):  # type: ignore[no-untyped-def]
     spoke = np.empty((widest, 3))
     unit = np.empty((widest, 3))
     square = np.empty(widest)
@@ -189,7 +189,8 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
                     new = -np.inf
                     new_inverted = old_inverted
                     break
-            if new_inverted < old_inverted or (new_inverted == old_inverted and new > needed):
+            better = new_inverted == old_inverted and new > needed
+            if better or (new_inverted < old_inverted and new >= floor):
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z
@@ -225,7 +226,9 @@ class TrapeziumDrawing(Scheme):
         )
         return places
 
-    def sweep(self, state: State, places: np.ndarray, margin: float, starts: Int64, ends: Int64) -> int:
+    def sweep(
+        self, state: State, places: np.ndarray, margin: float, floor: float, starts: Int64, ends: Int64
+    ) -> int:
         """Propose, judge by the aspect-ratio gate and move, vertex after vertex; return how many moved.
 
         The same result, bit for bit, as proposing, judging and moving one colour class after another,
@@ -234,6 +237,6 @@ class TrapeziumDrawing(Scheme):
         widest = int(np.diff(state.near.ring_offsets).max())
         moved = parallel.run(
             _sweep, starts, ends,
-            state.points, state.near, places, state.reference, state.pinned, widest, margin,
+            state.points, state.near, places, state.reference, state.pinned, widest, margin, floor,
         )  # fmt: skip
         return sum(moved)
