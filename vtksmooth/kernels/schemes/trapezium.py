@@ -149,7 +149,7 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
             old_inverted = 0
             old = np.inf
             for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                f = near.corner_face[near.corners[i]]
+                f = near.corners[i] // 3
                 a = places[i, 0]
                 b = places[i, 1]
                 q = spokes_square(
@@ -173,7 +173,7 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
             new = np.inf
             needed = old + margin * abs(old)
             for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                f = near.corner_face[near.corners[i]]
+                f = near.corners[i] // 3
                 a = places[i, 0]
                 b = places[i, 1]
                 q = spokes_square(
