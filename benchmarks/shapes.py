@@ -97,7 +97,7 @@ def terrain(side: int = 161, interval: float = 60.0) -> pv.PolyData:
     x, y = np.meshgrid(np.linspace(-1.0, 1.0, side), np.linspace(-1.0, 1.0, side))
     height = 900.0 * np.exp(-3.0 * (x**2 + 1.4 * y**2)) + 250.0 * np.sin(3.1 * x + 1.7 * y) * np.cos(2.3 * y)
     height += 320.0 * np.exp(-25.0 * ((x - 0.55) ** 2 + (y + 0.45) ** 2))
-    grid = pv.ImageData(dimensions=(side, side, 1), spacing=(50.0, 50.0, 1.0))
+    grid = pv.ImageData(dimensions=(side, side, 1), spacing=(8000.0 / (side - 1), 8000.0 / (side - 1), 1.0))
     grid["height"] = height.ravel()
     levels = np.arange(np.floor(height.min()), height.max(), interval) + 0.5 * interval
     contours = grid.contour(levels, scalars="height").clean()
@@ -130,7 +130,7 @@ def sphere(triangles: int, noise: float = 0.0, shuffled: bool = False, seed: int
     Parameters
     ----------
     noise : float
-        Standard deviation of each coordinate, in mean edge lengths.
+        Standard deviation of each coordinate, in mean edge lengths, before points are put back on the sphere.
     shuffled : bool
         Number points and faces at random instead of row after row.
     """
@@ -142,6 +142,7 @@ def sphere(triangles: int, noise: float = 0.0, shuffled: bool = False, seed: int
         # A sphere of area 4 pi, cut into equilateral triangles.
         edge = np.sqrt(4.0 * np.pi / len(faces) * 4.0 / np.sqrt(3.0))
         points += random.normal(0.0, noise * edge, points.shape)
+        points /= np.linalg.norm(points, axis=1)[:, None]
     if shuffled:
         order = random.permutation(len(points))
         rank = np.empty_like(order)

@@ -138,10 +138,11 @@ def smooth(
         "reversed": numbers[::-1].copy(),
         "random": np.random.default_rng(0).permutation(numbers),
     }
+    directions = quality.reference_directions(mesh, near).astype(float)
     offsets, star = (near.ring_offsets, near.ring) if sides_only else (near.star_offsets, near.star)
     return _smooth(
         mesh.points.copy(), mesh.offsets, mesh.connectivity, offsets, star,
-        near.corner_offsets, near.corner_face[near.corners], quality.reference_directions(mesh, near),
+        near.corner_offsets, near.corner_face[near.corners], directions,
         near.border != adjacency.INTERIOR, orders[order], gate, ring_normal, at_once, two_triangles, passes,
     )  # fmt: skip
 

@@ -1,0 +1,90 @@
+"""The evidence and the benchmark run, at sizes that take seconds; nothing here looks at a clock."""
+
+import importlib
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "benchmarks"
+
+
+@pytest.fixture
+def program(monkeypatch):
+    """Import a module of benchmarks/, which is no package."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    before = set(sys.modules)
+    yield importlib.import_module
+    for name in set(sys.modules) - before:
+        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(FOLDER)):
+            del sys.modules[name]
+
+
+def test_evidence_on_generated_shapes(program, tmp_path):
+    program("evidence").make(tmp_path, data=None, quick=True)
+    page = (tmp_path / "evidence.md").read_text(encoding="utf-8")
+    assert "TD inverts 0 triangles on the surface and 0 in the plan." in page
+    assert "/" + tmp_path.name not in page
+
+
+def test_variants_as_the_paper_has_it_agree_with_the_filter(program):
+    # A regular mesh with one point displaced: no order of the sweep can matter.
+    import pyvista as pv
+
+    from vtksmooth import TrapeziumDrawing
+    from vtksmooth.filters.arrays import surface_of
+
+    plane = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
+    plane.points = plane.points.astype(float)
+    plane.points[12] += [0.06, 0.02, 0.0]
+    fixed = np.ones(plane.n_points)
+    fixed[12] = 0
+    plane["Fixed"] = fixed
+    mesh = surface_of(plane).mesh
+    alone = mesh.with_points(mesh.points.copy())
+    expected = np.asarray(pv.wrap(TrapeziumDrawing(iterations=1)(plane)).points)
+    variants = program("variants")
+    points = variants.smooth(alone, 1, order="file")
+    assert not np.array_equal(points[12], mesh.points[12])
+    np.testing.assert_allclose(points[12], expected[12], atol=1e-14)
+
+
+def test_shapes_are_what_they_say(program):
+    shapes = program("shapes")
+    sphere = shapes.sphere(2000, noise=0.2)
+    np.testing.assert_allclose(np.linalg.norm(sphere.points, axis=1), 1.0)
+    assert sphere.is_manifold
+    assert sphere.volume > 0
+    shuffled = shapes.sphere(2000, noise=0.2, shuffled=True)
+    assert shuffled.volume == pytest.approx(sphere.volume)
+    cubic = shapes.cubic_surface().points
+    np.testing.assert_allclose(cubic[:, 2], 4 * cubic[:, 0] ** 3 + 6 * cubic[:, 1] ** 3)
+
+
+def test_speed_of_a_few_tools(program, tmp_path, monkeypatch):
+    one = {min(os.sched_getaffinity(0))}
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: one)
+    output = tmp_path / "benchmark.md"
+    arguments = ["--sizes", "1k", "--output", str(output), "--repeats", "1"]
+    program("speed").main([*arguments, "--tools", "TD,trimesh Taubin"])
+    page = output.read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| TD |")]
+    assert len(rows) == 2
+    assert "failed" not in "".join(rows)
+    assert str(tmp_path) not in page
+
+
+def test_an_unknown_tool_is_refused(program, capsys):
+    with pytest.raises(SystemExit) as refused:
+        program("speed").main(["--tools", "magic"])
+    assert refused.value.code == 2
+    assert "no tool magic" in capsys.readouterr().err
+
+
+def test_a_data_folder_without_the_meshes_is_refused(program, tmp_path, capsys):
+    with pytest.raises(SystemExit) as refused:
+        program("evidence").main(["--data", str(tmp_path)])
+    assert refused.value.code == 2
+    assert "mannequin_scan.ply" in capsys.readouterr().err
