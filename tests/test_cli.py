@@ -297,14 +297,14 @@ def test_a_signal_during_the_writing_leaves_the_old_file(tmp_path, sphere):
     (tmp_path / "out.ply").write_text("old")
     script = """
 import sys, time
-from vtksmooth import files
 from vtksmooth.cli import main
+from vtksmooth.files import writing
 def slow(file, mesh):
     file.write(b"ply")
     file.flush()
     print("writing", flush=True)
     time.sleep(100)
-files._WRITE_POLYGONS[".ply"] = slow
+writing._WRITE_POLYGONS[".ply"] = slow
 sys.exit(main(["trapezium-drawing", *sys.argv[1:]]))
 """
     process = subprocess.Popen(

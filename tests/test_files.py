@@ -10,9 +10,8 @@ import pytest
 import pyvista as pv
 from pyvista import examples
 
-from vtksmooth import files
 from vtksmooth.errors import MeshFileError
-from vtksmooth.files import READABLE, WRITABLE, check_writable, read_surface, write_surface
+from vtksmooth.files import READABLE, WRITABLE, check_writable, read_surface, write_surface, writing
 
 
 @pytest.fixture
@@ -318,7 +317,7 @@ def test_an_interrupted_write_leaves_the_old_file(tmp_path, monkeypatch, failure
         file.write(b"ply\n")
         raise failure
 
-    monkeypatch.setitem(files._WRITE_POLYGONS, ".ply", half)
+    monkeypatch.setitem(writing._WRITE_POLYGONS, ".ply", half)
     with pytest.raises(failure):
         write_surface(pv.Sphere(), path)
     assert path.read_text() == "old"

@@ -1,6 +1,7 @@
 """Imports run one way: kernels <- filters <- accessor and files <- demo and cli."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
@@ -21,7 +22,7 @@ FOREIGN = [
     {"numpy", "vtkmodules", "pyvista"},
     {"numpy", "vtkmodules", "pyvista", "matplotlib"},
 ]
-LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3, "off": 3, "ply": 3}
+LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3}
 TOP = len(FOREIGN) - 1
 
 
@@ -55,6 +56,7 @@ def imports_of(source, module, is_package):
 
 FILES = sorted(PACKAGE.rglob("*.py"))
 PACKAGES = {module_of(file) for file in FILES if file.name == "__init__.py"}
+NAMES = {module_of(file) for file in FILES}
 MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
 
 
@@ -85,11 +87,29 @@ def test_imports_run_one_way(file):
         ("vtksmooth.filters.base", "import pyvista as pv"),
         ("vtksmooth.filters.base", "from .. import files"),
         ("vtksmooth.accessor", "import vtk"),
-        ("vtksmooth.files", "from .cli import main"),
+        ("vtksmooth.files.reading", "from ..cli import main"),
     ],
 )
 def test_the_contract_notices(module, source):
     assert len(list(violations(source, module))) == 1
+
+
+def module_imported(name):
+    """The module that a dotted name is, or that it is found in."""
+    while name not in NAMES:
+        name = name.rpartition(".")[0]
+    return name
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    graph = {}
+    for file in MODULES:
+        module = module_of(file)
+        found = imports_of(file.read_text(encoding="utf-8"), module, file.name == "__init__.py")
+        own = {module_imported(name) for name in found if name.split(".")[0] == "vtksmooth"}
+        graph[module] = own - {"vtksmooth"}
+    order = [*graphlib.TopologicalSorter(graph).static_order()]
+    assert order.index("vtksmooth.files.off") < order.index("vtksmooth.files.reading")
 
 
 @pytest.mark.parametrize(

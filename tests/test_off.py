@@ -3,8 +3,8 @@ import io
 import numpy as np
 import pytest
 
-from vtksmooth import off
 from vtksmooth.errors import MeshFileError
+from vtksmooth.files import off
 
 SQUARE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from vtksmooth import ply
 from vtksmooth.errors import MeshFileError
-from vtksmooth.off import Polygons
+from vtksmooth.files import ply
+from vtksmooth.files.polygons import Polygons
 
 HEADER = (
     "ply\nformat {} 1.0\ncomment by hand\nelement vertex 4\nproperty float x\nproperty float y\n"

@@ -14,8 +14,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import MeshFileError
-from .off import Polygons, numbers
+from ..errors import MeshFileError
+from .polygons import Polygons, numbers
 
 _HEAD = 1 << 20
 

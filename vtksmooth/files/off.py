@@ -6,51 +6,19 @@ Reference: Geomview's manual, "OFF Files" (the ASCII variants in three dimension
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import MeshFileError
+from ..errors import MeshFileError
+from .polygons import Polygons, numbers
 
 _HEAD = 65536
 
 #: Texture coordinates, colours and normals may follow a point; a 4 or n before OFF means other spaces.
 _HEADER = re.compile(rb"(ST)?C?N?OFF(?=\s|$)")
-
-
-class Polygons(NamedTuple):
-    """A polygon mesh as a file holds it.
-
-    Attributes
-    ----------
-    points : (n, 3) float32 or float64
-    sizes : (m,) int64
-        Corners of each face.
-    connectivity : (sum(sizes),) int64
-        Point indices, face after face.
-    point_data, cell_data : dict of str to array
-        Arrays with one row for each point or face.
-    """
-
-    points: npt.NDArray[Any]
-    sizes: npt.NDArray[np.int64]
-    connectivity: npt.NDArray[np.int64]
-    point_data: dict[str, npt.NDArray[Any]]
-    cell_data: dict[str, npt.NDArray[Any]]
-
-
-def numbers(text: bytes) -> npt.NDArray[np.float64] | None:
-    """Parse numbers between white space, (k,) float64; None when something else is among them."""
-    with warnings.catch_warnings():
-        # NumPy announces text that is no number as a deprecation, and returns what came before it.
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            return np.fromstring(text, dtype=np.float64, sep=" ")  # type: ignore[call-overload,no-any-return]
-        except (DeprecationWarning, ValueError):
-            return None
 
 
 def _header(path: Path, text: bytes) -> tuple[int, int, int]:
