@@ -7,30 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from schemes import SCHEMES
 
 from vtksmooth.kernels import adjacency, loop, parallel, quality
 from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.gate import Gate
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
-from vtksmooth.kernels.schemes.angle_based import AngleBased
-from vtksmooth.kernels.schemes.cotangent import Cotangent
-from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
-from vtksmooth.kernels.schemes.taubin import Taubin
-from vtksmooth.kernels.schemes.thin_plate import ThinPlate
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
-from vtksmooth.kernels.schemes.umbrella import Umbrella
-
-SCHEMES = {
-    "umbrella": Umbrella(),
-    "scale-dependent": ScaleDependent(),
-    "cotangent": Cotangent(),
-    "thin-plate": ThinPlate(),
-    "taubin": Taubin(),
-    "trapezium-drawing": TrapeziumDrawing(),
-    "angle-based": AngleBased(),
-    "weighted angle-based": AngleBased(weighted=True),
-}
 
 #: k is computed in another order by the gate than by the measure, with other rounding errors.
 ROUNDING = 1e-13

@@ -2,6 +2,7 @@ import meshes
 import numpy as np
 import pytest
 import reference
+from schemes import SCHEMES
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
@@ -13,24 +14,10 @@ from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
 from vtksmooth.kernels.constraints.gate import Gate
 from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.angle_based import AngleBased
-from vtksmooth.kernels.schemes.cotangent import Cotangent
-from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
 from vtksmooth.kernels.schemes.taubin import Taubin
-from vtksmooth.kernels.schemes.thin_plate import ThinPlate
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
 from vtksmooth.kernels.schemes.umbrella import Umbrella
 
-SCHEMES = {
-    "umbrella": Umbrella(),
-    "scale-dependent": ScaleDependent(),
-    "cotangent": Cotangent(),
-    "thin-plate": ThinPlate(),
-    "taubin": Taubin(),
-    "trapezium-drawing": TrapeziumDrawing(),
-    "angle-based": AngleBased(),
-    "weighted angle-based": AngleBased(weighted=True),
-}
 GATES = {"none": [], "angle": [Gate("angle")], "aspect": [Gate("aspect")]}
 
 

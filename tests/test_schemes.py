@@ -2,6 +2,7 @@ import meshes
 import numpy as np
 import pytest
 import reference
+from schemes import SCHEMES
 
 from vtksmooth.kernels import adjacency, loop
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
@@ -90,18 +91,6 @@ def test_angle_based_in_the_plane(kind, weighted):
     mesh = meshes.sheet(8, 6, kind, jitter=0.2, seed=4)
     expected = by_vertex(mesh, lambda v: reference.angle_based(mesh, v, weighted))
     np.testing.assert_allclose(one_pass(mesh, AngleBased(weighted)), expected, atol=1e-13)
-
-
-SCHEMES = {
-    "umbrella": Umbrella(),
-    "scale-dependent": ScaleDependent(),
-    "cotangent": Cotangent(),
-    "thin-plate": ThinPlate(),
-    "taubin": Taubin(),
-    "trapezium-drawing": TrapeziumDrawing(),
-    "angle-based": AngleBased(),
-    "weighted angle-based": AngleBased(weighted=True),
-}
 
 
 @pytest.mark.parametrize("name", SCHEMES)

@@ -1,0 +1,20 @@
+"""Every scheme with its usual parameters, for tests of what holds for each of them."""
+
+from vtksmooth.kernels.schemes.angle_based import AngleBased
+from vtksmooth.kernels.schemes.cotangent import Cotangent
+from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
+from vtksmooth.kernels.schemes.taubin import Taubin
+from vtksmooth.kernels.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.schemes.umbrella import Umbrella
+
+SCHEMES = {
+    "umbrella": Umbrella(),
+    "scale-dependent": ScaleDependent(),
+    "cotangent": Cotangent(),
+    "thin-plate": ThinPlate(),
+    "taubin": Taubin(),
+    "trapezium-drawing": TrapeziumDrawing(),
+    "angle-based": AngleBased(),
+    "weighted angle-based": AngleBased(weighted=True),
+}
