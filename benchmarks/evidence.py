@@ -309,7 +309,7 @@ def mannequin(page: Page) -> None:
         smoothers, except the angle-based one, which inverts faces for it:"""
     )
     mesh = surface_of(scan).mesh
-    directions = quality.reference_directions(mesh, adjacency.build(mesh))
+    directions = quality.reference_directions(mesh)
 
     def bins(points: Float64) -> str:
         histogram = quality.histogram(quality.aspect_ratios(mesh.with_points(points), directions))
@@ -394,7 +394,7 @@ def rocker(page: Page) -> None:
     states = page.passes("Rocker Arm", mesh, "Rocker Arm")
     arrays = surface_of(mesh).mesh
     near = adjacency.build(arrays)
-    directions = quality.reference_directions(arrays, near)
+    directions = quality.reference_directions(arrays)
     sixth = _points(TrapeziumDrawing(iterations=6)(mesh))
     moving = 100.0 * float((sixth != _points(states[2].mesh)).any(axis=1).mean())
     page.say(
@@ -464,7 +464,7 @@ def fitted_curvatures(mesh: Mesh, near: adjacency.Adjacency, nodes: npt.NDArray[
 
     In the frame of the area-weighted normal, h = au^2 + buv + cv^2 + du + ev by least squares.
     """
-    normals = quality.ring_normals(mesh, near)
+    normals = quality.ring_normals(mesh)
     result = np.empty((len(nodes), 2))
     ring = [near.ring[a:b] for a, b in zip(near.ring_offsets[:-1], near.ring_offsets[1:], strict=True)]
     for row, v in enumerate(nodes):
@@ -487,7 +487,7 @@ def cubic_measures(mesh: Mesh, near: adjacency.Adjacency) -> list[float]:
     inside = np.flatnonzero(near.border == adjacency.INTERIOR)
     points = mesh.points[inside]
     curvatures = np.abs(fitted_curvatures(mesh, near, inside) - np.column_stack(exact_curvatures(points)))
-    normals, exact = quality.ring_normals(mesh, near)[inside], _gradient(points)
+    normals, exact = quality.ring_normals(mesh)[inside], _gradient(points)
     cosine = (normals * exact).sum(1) / np.linalg.norm(normals, axis=1) / np.linalg.norm(exact, axis=1)
     angles = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
     # To first order, which is enough: the distances are a hundredth of the radii of curvature.
@@ -624,7 +624,7 @@ def terrain(page: Page) -> None:
     counts: dict[tuple[str, int], tuple[int, int, int]] = {}
     all_passes = (1, 5, 10, 30)
     arrays = surface_of(mesh).mesh
-    directions = quality.reference_directions(arrays, adjacency.build(arrays))
+    directions = quality.reference_directions(arrays)
     negative = quality.aspect_ratios(arrays, directions) < 0.0
 
     def downward(points: Float64) -> npt.NDArray[np.bool_]:

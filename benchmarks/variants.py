@@ -138,7 +138,7 @@ def smooth(
         "reversed": numbers[::-1].copy(),
         "random": np.random.default_rng(0).permutation(numbers),
     }
-    directions = quality.reference_directions(mesh, near).astype(float)
+    directions = quality.reference_directions(mesh).astype(float)
     offsets, star = (near.ring_offsets, near.ring) if sides_only else (near.star_offsets, near.star)
     return _smooth(
         mesh.points.copy(), mesh.offsets, mesh.connectivity, offsets, star,

@@ -28,7 +28,7 @@ class Bumpy:
     def __init__(self, kind):
         self.mesh = meshes.sheet(10, 8, kind, jitter=0.6, bump=2.0, seed=7, boundary_jitter=0.3)
         self.near = adjacency.build(self.mesh)
-        self.directions = quality.reference_directions(self.mesh, self.near)
+        self.directions = quality.reference_directions(self.mesh)
         self.k = self.k_of(self.mesh.points)
         self.smallest_angle = reference.corner_angles(self.mesh).min()
         self.border = np.array(reference.borders(self.mesh)[0]) == 1
@@ -205,7 +205,7 @@ def test_gated_trapezium_drawing_like_the_definition(kind):
     # No face is inverted: the gate is the paper's.
     mesh = meshes.sheet(8, 6, kind, jitter=0.2, bump=1.5, seed=11)
     near = adjacency.build(mesh)
-    directions = quality.reference_directions(mesh, near)
+    directions = quality.reference_directions(mesh)
     assert (quality.aspect_ratios(mesh, directions) > 0).all()
     expected = oracle_gated_pass(mesh, directions, reference.borders(mesh)[0])
     points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=1)

@@ -55,7 +55,7 @@ def masks(mesh, seed):
 
 def frozen_k(mesh):
     """A function from points to k, against the directions of `mesh`."""
-    directions = quality.reference_directions(mesh, adjacency.build(mesh))
+    directions = quality.reference_directions(mesh)
     return lambda points: quality.aspect_ratios(mesh.with_points(points), directions)
 
 

@@ -80,8 +80,7 @@ def test_putting_a_scattered_mesh_in_order_changes_nothing_but_rounding(name, mo
 
 def test_several_blocks_are_still_the_definition(small_blocks):
     mesh = meshes.torus(40, 20, jitter=0.4)
-    near = adjacency.build(mesh)
-    k = quality.reference_directions(mesh, near)
+    k = quality.reference_directions(mesh)
     before = quality.aspect_ratios(mesh, k)
     points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=3)
     after = quality.aspect_ratios(mesh.with_points(points), k)
@@ -169,7 +168,7 @@ def test_too_little_gain(gate):
     points, report = loop.smooth(mesh, TrapeziumDrawing(), GATES[gate], iterations=100, stop=stop)
     assert report.stop_reason == "gain"
     assert 1 < report.iterations < 100
-    directions = quality.reference_directions(mesh, adjacency.build(mesh))
+    directions = quality.reference_directions(mesh)
 
     def mean_after(iterations):
         points, _ = loop.smooth(mesh, TrapeziumDrawing(), GATES[gate], iterations=iterations)
@@ -273,7 +272,7 @@ def test_any_other_exception_of_progress_comes_through():
 def test_hostile_meshes_end_in_a_right_result(hostile, name, gate):
     mesh = meshes.HOSTILE[hostile]()
     near = adjacency.build(mesh)
-    directions = quality.reference_directions(mesh, near)
+    directions = quality.reference_directions(mesh)
     before = quality.aspect_ratios(mesh, directions)
     for extra in ([], [Boundary(sliding=True), BackToSurface(), DeviationBound(0.1)]):
         points, _ = loop.smooth(mesh, SCHEMES[name], [*extra, *GATES[gate]], iterations=3)

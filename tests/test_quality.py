@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
-from vtksmooth.kernels import adjacency, quality
+from vtksmooth.kernels import quality
 from vtksmooth.kernels.mesh import Mesh
 
 UP = np.array([[0.0, 0.0, 1.0]])
@@ -50,8 +50,7 @@ def test_regular_polygons(n):
 
 def test_faces_without_an_area():
     mesh = Mesh.from_faces(np.eye(3), [[0, 1], [2], [], [0, 1, 2]])
-    near = adjacency.build(mesh)
-    k = quality.aspect_ratios(mesh, quality.reference_directions(mesh, near))
+    k = quality.aspect_ratios(mesh, quality.reference_directions(mesh))
     np.testing.assert_allclose(k, [0, 0, 0, 1], atol=1e-15)
 
 
@@ -73,10 +72,9 @@ def test_any_face_like_the_definition(seed, size):
 )
 def test_meshes_like_the_definition(name):
     mesh = {**meshes.USUAL, **meshes.HOSTILE}[name]()
-    near = adjacency.build(mesh)
     np.testing.assert_allclose(quality.area_vectors(mesh), reference.area_vectors(mesh), atol=1e-13)
-    np.testing.assert_allclose(quality.ring_normals(mesh, near), reference.vertex_normals(mesh), atol=1e-13)
-    directions = quality.reference_directions(mesh, near)
+    np.testing.assert_allclose(quality.ring_normals(mesh), reference.vertex_normals(mesh), atol=1e-13)
+    directions = quality.reference_directions(mesh)
     expected_directions = reference.reference_directions(mesh)
     lengths = np.linalg.norm(expected_directions, axis=1, keepdims=True)
     np.testing.assert_allclose(directions, expected_directions / np.where(lengths > 0, lengths, 1), atol=1e-6)
@@ -93,18 +91,16 @@ def test_triangles_like_vtk(name):
     filter.SetTriangleQualityMeasureToAspectFrobenius()
     filter.Update()
     theirs = vtk_to_numpy(filter.GetOutput().GetCellData().GetArray("Quality"))
-    near = adjacency.build(mesh)
-    k = quality.aspect_ratios(mesh, quality.reference_directions(mesh, near))
+    k = quality.aspect_ratios(mesh, quality.reference_directions(mesh))
     np.testing.assert_allclose(np.abs(k), 1 / theirs, rtol=1e-9)
 
 
 def test_a_folded_face_is_negative_in_its_surroundings_and_positive_once_mended():
     mesh = meshes.sheet(4, 4)
-    near = adjacency.build(mesh)
     folded = mesh.points.copy()
     folded[12] += [1.7, 0.2, 0]
     folded = mesh.with_points(folded)
-    directions = quality.reference_directions(folded, near)
+    directions = quality.reference_directions(folded)
     assert (quality.aspect_ratios(folded, directions) < 0).any()
     assert (quality.aspect_ratios(mesh, directions) > 0).all()
 
@@ -113,10 +109,9 @@ def test_a_folded_face_is_negative_in_its_surroundings_and_positive_once_mended(
 @pytest.mark.parametrize("kind", meshes.KINDS)
 def test_scale_does_not_matter(kind, scale):
     mesh = meshes.torus(12, 8, kind, jitter=0.2)
-    near = adjacency.build(mesh)
-    expected = quality.aspect_ratios(mesh, quality.reference_directions(mesh, near))
+    expected = quality.aspect_ratios(mesh, quality.reference_directions(mesh))
     scaled = mesh.with_points(mesh.points * scale)
-    k = quality.aspect_ratios(scaled, quality.reference_directions(scaled, near))
+    k = quality.aspect_ratios(scaled, quality.reference_directions(scaled))
     np.testing.assert_allclose(k, expected, rtol=1e-12)
 
 

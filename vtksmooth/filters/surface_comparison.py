@@ -61,7 +61,7 @@ class SurfaceComparison(Filter):
         near = adjacency.build(before.mesh)
         edge_ends, edge_faces = adjacency.edges(near)
         self.progress(0.2)
-        normals = measure.normal_deviation(before.mesh, after.mesh, near)
+        normals = measure.normal_deviation(before.mesh, after.mesh)
         dihedral = measure.dihedral_change(before.mesh, after.mesh, edge_ends, edge_faces)
         at_points = np.zeros(before.mesh.n_points)
         for end in range(2):
@@ -73,7 +73,7 @@ class SurfaceComparison(Filter):
         self.progress(0.7)
         back[used] = ClosestPoint(after.mesh).query(before.mesh.points[used])[1]
         self.progress(0.9)
-        k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh, near))
+        k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh))
         swept = measure.swept_volume(before.mesh, after.mesh)
         summary = summary_of(after, near, faces_with_area(after.mesh, k))
         diagonal = before.mesh.diagonal

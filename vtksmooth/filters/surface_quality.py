@@ -88,7 +88,7 @@ class SurfaceQuality(Filter):
         surface = surface_of(source)
         near = adjacency.build(surface.mesh)
         self.progress(0.4)
-        k = quality.aspect_ratios(surface.mesh, quality.reference_directions(surface.mesh, near))
+        k = quality.aspect_ratios(surface.mesh, quality.reference_directions(surface.mesh))
         self.progress(0.8)
         self.summary = summary_of(surface, near, faces_with_area(surface.mesh, k))
         output = output_like(source)

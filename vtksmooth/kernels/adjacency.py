@@ -358,27 +358,32 @@ def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -
 
 
 @kernel
-def _renumber(offsets, connectivity, order, rank, count, faces, new_offsets, new_connectivity):  # type: ignore[no-untyped-def]
-    n = order.size
-    m = offsets.size - 1
-    for i in range(n):
+def _invert(order, rank):  # type: ignore[no-untyped-def]
+    for i in range(order.size):
         rank[order[i]] = i
-    for turn in range(2):  # count, then place
-        for f in range(m):
-            low = n
-            for c in range(offsets[f], offsets[f + 1]):
-                low = min(low, rank[connectivity[c]])
-            if turn == 0:
-                count[low + 1] += 1
-            else:
-                faces[count[low]] = f
-                count[low] += 1
-        if turn == 0:
-            for v in range(n + 1):
-                count[v + 1] += count[v]
+
+
+@kernel
+def _sort_faces(offsets, connectivity, rank, smallest, count, faces):  # type: ignore[no-untyped-def]
+    m = offsets.size - 1
+    for f in range(m):
+        low = rank.size
+        for c in range(offsets[f], offsets[f + 1]):
+            low = min(low, rank[connectivity[c]])
+        smallest[f] = low
+        count[low + 1] += 1
+    for v in range(rank.size + 1):
+        count[v + 1] += count[v]
+    for f in range(m):
+        faces[count[smallest[f]]] = f
+        count[smallest[f]] += 1
+
+
+@kernel
+def _renumber(offsets, connectivity, rank, faces, new_offsets, new_connectivity):  # type: ignore[no-untyped-def]
     k = 0
     new_offsets[0] = 0
-    for i in range(m):
+    for i in range(faces.size):
         f = faces[i]
         for c in range(offsets[f], offsets[f + 1]):
             new_connectivity[k] = rank[connectivity[c]]
@@ -386,16 +391,22 @@ def _renumber(offsets, connectivity, order, rank, count, faces, new_offsets, new
         new_offsets[i + 1] = k
 
 
-def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
+def renumbered(mesh: Mesh, order: Int32, sort_faces: bool = True) -> tuple[Mesh, Int32]:
     """Return `mesh` with its points in the given order, and for each of its faces the old number.
 
-    Faces are sorted by their smallest new point number (stable), so that a sweep meets them in order.
+    With `sort_faces` the faces are sorted by their smallest new point number (stable), so that a sweep
+    meets them in order; a file's own order does as well unless it is random.
     """
     n = mesh.n_points
-    faces = np.empty(mesh.n_faces, np.int32)
+    rank = np.empty(n, np.int32)
+    _invert(order, rank)
+    faces = np.arange(mesh.n_faces, dtype=np.int32)
+    if sort_faces:
+        smallest, count = np.empty(mesh.n_faces, np.int32), np.zeros(n + 2, np.int32)
+        _sort_faces(mesh.offsets, mesh.connectivity, rank, smallest, count, faces)
+        del smallest, count
     offsets, connectivity = np.empty_like(mesh.offsets), np.empty_like(mesh.connectivity)
-    rank, count = np.empty(n, np.int32), np.zeros(n + 2, np.int32)
-    _renumber(mesh.offsets, mesh.connectivity, order, rank, count, faces, offsets, connectivity)
+    _renumber(mesh.offsets, mesh.connectivity, rank, faces, offsets, connectivity)
     return Mesh(mesh.points[order], offsets, connectivity), faces
 
 

@@ -32,8 +32,8 @@ def kernel(function: Callable[..., Any]) -> Any:
         return numba.njit(**_OPTIONS)(function)
 
 
-#: A helper of kernels, always part of its caller's machine code: left to itself the compiler makes calls of them,
-#: at half the speed.
+#: A helper of kernels, always part of its caller's machine code: left to itself the compiler makes
+#: calls of them, at half the speed.
 device = numba.njit(forceinline=True, **_OPTIONS)
 
 

@@ -158,6 +158,15 @@ def smooth(
     return points, report
 
 
+def _scattered(near: adjacency.Adjacency) -> bool:
+    # A sample of vertices tells whether neighbours are near in memory.
+    if len(near.border) < _SCATTERED:
+        return False
+    sample = np.arange(0, len(near.ring), max(1, len(near.ring) // 10_000))
+    owner = np.searchsorted(near.ring_offsets, sample, side="right") - 1
+    return bool(np.abs(near.ring[sample] - owner).mean() >= _SCATTERED)
+
+
 class _Run:
     """One call of :func:`smooth`."""
 
@@ -194,15 +203,16 @@ class _Run:
             )
             self._schedule(starts, block_colour)
         else:
-            self.order = self._breadth_first_if_scattered(near)
+            self.order = adjacency.breadth_first_order(near) if _scattered(near) else None
             self.ranges = parallel.ranges(mesh.n_points)
         if self.order is not None:
             self.progress(0.0, "putting the mesh in order")
+            scattered = _scattered(near)
             del near
-            mesh, _ = adjacency.renumbered(mesh, self.order)
+            mesh, _ = adjacency.renumbered(mesh, self.order, sort_faces=scattered)
             near = adjacency.build(mesh)
         self.progress(0.0, "measuring")
-        reference = quality.reference_directions(mesh, near)
+        reference = quality.reference_directions(mesh)
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
         points = mesh.points if self.order is not None else mesh.points.copy()
         k = quality.aspect_ratios(mesh, reference)
@@ -235,17 +245,6 @@ class _Run:
 
     def _first_points(self) -> Float64:
         return self.mesh.points if self.order is None else self.mesh.points[self.order]
-
-    def _breadth_first_if_scattered(self, near: adjacency.Adjacency) -> npt.NDArray[np.int32] | None:
-        # A sample of vertices tells whether neighbours are near in memory.
-        n = self.mesh.n_points
-        if n < _SCATTERED:
-            return None
-        sample = np.arange(0, len(near.ring), max(1, len(near.ring) // 10_000))
-        owner = np.searchsorted(near.ring_offsets, sample, side="right") - 1
-        if np.abs(near.ring[sample] - owner).mean() < _SCATTERED:
-            return None
-        return adjacency.breadth_first_order(near)
 
     def _schedule(self, starts: npt.NDArray[np.int32], block_colour: npt.NDArray[np.int32]) -> None:
         # For each block colour: the blocks (their whole ranges), and the ranges of each vertex colour.
@@ -334,7 +333,7 @@ class _Run:
         before, after = state.original, state.mesh
         if stop.normal_deviation is not None:
             used = state.near.border != adjacency.ISOLATED
-            deviation = measure.normal_deviation(before, after, state.near)[used]
+            deviation = measure.normal_deviation(before, after)[used]
             if self._statistic(deviation) > stop.normal_deviation:
                 return "normal-deviation"
         if stop.dihedral_change is not None:

@@ -194,7 +194,7 @@ def swept_volume(before: Mesh, after: Mesh) -> float:
     return float(swept.sum())
 
 
-def normal_deviation(before: Mesh, after: Mesh, near: Adjacency) -> Float64:
+def normal_deviation(before: Mesh, after: Mesh) -> Float64:
     """Return the angle between the vertex normals (area-weighted) of two states, (n,), degrees.
 
     0 where a normal does not exist.
@@ -202,7 +202,7 @@ def normal_deviation(before: Mesh, after: Mesh, near: Adjacency) -> Float64:
     degrees = np.empty(before.n_points)
     parallel.run(
         _angles_between, *parallel.ranges(before.n_points),
-        ring_normals(before, near), ring_normals(after, near), degrees,
+        ring_normals(before), ring_normals(after), degrees,
     )  # fmt: skip
     return degrees
 

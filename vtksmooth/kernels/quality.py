@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from . import adjacency, parallel
+from . import parallel
 from .compiled import device, kernel
 from .mesh import LARGEST_POLYGON, Mesh
 
@@ -157,40 +157,9 @@ def _aspect_ratios(starts, ends, points, offsets, connectivity, reference, k):  
             k[f] = np.sqrt(q) if q >= 0.0 else -np.sqrt(-q)
 
 
-@kernel
-def _area_vectors(starts, ends, points, offsets, connectivity, area):  # type: ignore[no-untyped-def]
-    # Half the sum of cross products of successive corners, taken from the first corner: for a polygon
-    # that is not plane the vector area of any surface that it bounds.
-    for part in range(starts.size):
-        for f in range(starts[part], ends[part]):
-            nx = 0.0
-            ny = 0.0
-            nz = 0.0
-            a = offsets[f]
-            o = connectivity[a] if offsets[f + 1] > a else 0
-            for c in range(a + 1, offsets[f + 1] - 1):
-                p = connectivity[c]
-                q = connectivity[c + 1]
-                ax = points[p, 0] - points[o, 0]
-                ay = points[p, 1] - points[o, 1]
-                az = points[p, 2] - points[o, 2]
-                bx = points[q, 0] - points[o, 0]
-                by = points[q, 1] - points[o, 1]
-                bz = points[q, 2] - points[o, 2]
-                nx += ay * bz - az * by
-                ny += az * bx - ax * bz
-                nz += ax * by - ay * bx
-            area[f, 0] = 0.5 * nx
-            area[f, 1] = 0.5 * ny
-            area[f, 2] = 0.5 * nz
-
-
 @device
 def ring_normal(points, near, v):  # type: ignore[no-untyped-def]
-    """Sum of the area vectors of the faces round v, times two; each taken as a fan from v.
-
-    Of giants the corner at v alone counts, or a cap would take quadratic time.
-    """
+    """Sum of the area vectors of the faces round v, times two; each taken as a fan from v."""
     x = points[v, 0]
     y = points[v, 1]
     z = points[v, 2]
@@ -202,10 +171,9 @@ def ring_normal(points, near, v):  # type: ignore[no-untyped-def]
         f = near.corner_face[c]
         last = near.offsets[f + 1]
         size = last - near.offsets[f]
-        for step in range(1, size - 1, size - 2 if size > LARGEST_POLYGON else 1):
+        for step in range(1, size - 1):
             p = near.connectivity[c + step if c + step < last else c + step - size]
-            i = c + step + 1 if size <= LARGEST_POLYGON else c + size - 1
-            q = near.connectivity[i if i < last else i - size]
+            q = near.connectivity[c + step + 1 if c + step + 1 < last else c + step + 1 - size]
             ax = points[p, 0] - x
             ay = points[p, 1] - y
             az = points[p, 2] - z
@@ -218,14 +186,48 @@ def ring_normal(points, near, v):  # type: ignore[no-untyped-def]
     return nx, ny, nz
 
 
+@device
+def area_vector(points, offsets, connectivity, f):  # type: ignore[no-untyped-def]
+    """Half the sum of the cross products of successive corners of face f, seen from its first.
+
+    For a polygon that is not plane: the vector area of any surface that it bounds.
+    """
+    nx = 0.0
+    ny = 0.0
+    nz = 0.0
+    a = offsets[f]
+    o = connectivity[a] if offsets[f + 1] > a else 0
+    for c in range(a + 1, offsets[f + 1] - 1):
+        p = connectivity[c]
+        q = connectivity[c + 1]
+        ax = points[p, 0] - points[o, 0]
+        ay = points[p, 1] - points[o, 1]
+        az = points[p, 2] - points[o, 2]
+        bx = points[q, 0] - points[o, 0]
+        by = points[q, 1] - points[o, 1]
+        bz = points[q, 2] - points[o, 2]
+        nx += ay * bz - az * by
+        ny += az * bx - ax * bz
+        nz += ax * by - ay * bx
+    return 0.5 * nx, 0.5 * ny, 0.5 * nz
+
+
 @kernel
-def _ring_normals(starts, ends, points, near, normals):  # type: ignore[no-untyped-def]
+def _area_vectors(starts, ends, points, offsets, connectivity, area):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            nx, ny, nz = ring_normal(points, near, v)
-            normals[v, 0] = 0.5 * nx
-            normals[v, 1] = 0.5 * ny
-            normals[v, 2] = 0.5 * nz
+        for f in range(starts[part], ends[part]):
+            area[f, 0], area[f, 1], area[f, 2] = area_vector(points, offsets, connectivity, f)
+
+
+@kernel
+def _add_to_corners(points, offsets, connectivity, normals):  # type: ignore[no-untyped-def]
+    for f in range(offsets.size - 1):
+        nx, ny, nz = area_vector(points, offsets, connectivity, f)
+        for c in range(offsets[f], offsets[f + 1]):
+            v = connectivity[c]
+            normals[v, 0] += nx
+            normals[v, 1] += ny
+            normals[v, 2] += nz
 
 
 @kernel
@@ -244,8 +246,9 @@ def _sum_at_faces(starts, ends, offsets, connectivity, normals, reference):  # t
             if largest > 0.0:
                 for axis in range(3):
                     length += (total[axis] / largest) ** 2
+            scale = 1.0 / np.sqrt(length) if length > 0.0 else 0.0
             for axis in range(3):
-                reference[f, axis] = total[axis] / largest / np.sqrt(length) if largest > 0.0 else 0.0
+                reference[f, axis] = total[axis] / largest * scale if largest > 0.0 else 0.0
 
 
 def area_vectors(mesh: Mesh) -> Float64:
@@ -257,14 +260,14 @@ def area_vectors(mesh: Mesh) -> Float64:
     return area
 
 
-def ring_normals(mesh: Mesh, near: adjacency.Adjacency) -> Float64:
+def ring_normals(mesh: Mesh) -> Float64:
     """Return each vertex' area-weighted normal, not unit: the sum of its faces' area vectors, (n, 3)."""
-    normals = np.empty((mesh.n_points, 3))
-    parallel.run(_ring_normals, *parallel.ranges(mesh.n_points), mesh.points, near, normals)
+    normals = np.zeros((mesh.n_points, 3))
+    _add_to_corners(mesh.points, mesh.offsets, mesh.connectivity, normals)
     return normals
 
 
-def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float32:
+def reference_directions(mesh: Mesh) -> Float32:
     """Return for each face the direction of the sum of its vertices' ring normals, unit, (m, 3) float32.
 
     An area on a surface is positive or negative *against a direction*. The face's own normal will not
@@ -276,7 +279,7 @@ def reference_directions(mesh: Mesh, near: adjacency.Adjacency) -> Float32:
     reference = np.empty((mesh.n_faces, 3), np.float32)
     parallel.run(
         _sum_at_faces, *parallel.ranges(mesh.n_faces),
-        mesh.offsets, mesh.connectivity, ring_normals(mesh, near), reference,
+        mesh.offsets, mesh.connectivity, ring_normals(mesh), reference,
     )  # fmt: skip
     return reference
 

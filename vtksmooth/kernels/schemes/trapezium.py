@@ -107,20 +107,21 @@ def _propose(starts, ends, points, star_offsets, star, pinned, widest, proposed)
 
 
 @kernel
-def _ring_places(corner_offsets, corners, connectivity, ring_offsets, ring, places):  # type: ignore[no-untyped-def]
+def _ring_places(starts, ends, near, places):  # type: ignore[no-untyped-def]
     # For each corner of a vertex, where in its ring the next and the previous corner of the face stand.
-    for v in range(corner_offsets.size - 1):
-        first = ring_offsets[v]
-        for i in range(corner_offsets[v], corner_offsets[v + 1]):
-            c = corners[i]
-            a = c - c % 3
-            after = connectivity[a + (c + 1) % 3]
-            before = connectivity[a + (c + 2) % 3]
-            for r in range(first, ring_offsets[v + 1]):
-                if ring[r] == after:
-                    places[i, 0] = r - first
-                if ring[r] == before:
-                    places[i, 1] = r - first
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            first = near.ring_offsets[v]
+            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                c = near.corners[i]
+                a = c - c % 3
+                after = near.connectivity[c + 1 if c < a + 2 else a]
+                before = near.connectivity[c - 1 if c > a else a + 2]
+                for r in range(first, near.ring_offsets[v + 1]):
+                    if near.ring[r] == after:
+                        places[i, 0] = r - first
+                    if near.ring[r] == before:
+                        places[i, 1] = r - first
 
 
 @kernel
@@ -221,9 +222,7 @@ class TrapeziumDrawing(Scheme):
         if not state.topology.only_triangles or widest > 255:
             return None
         places = np.empty((len(near.corners), 2), np.uint8)
-        _ring_places(
-            near.corner_offsets, near.corners, near.connectivity, near.ring_offsets, near.ring, places
-        )
+        parallel.run(_ring_places, *parallel.ranges(len(near.border)), near, places)
         return places
 
     def sweep(
