@@ -375,14 +375,16 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
-        points = state.points
-        if self.order is not None:
-            points = np.empty_like(state.points)
-            points[self.order] = state.points
-        before, after = self.mesh, self.mesh.with_points(points)
+        # In the run's numbering: the file's may be random, and these read every face.
+        before, after = state.topology.with_points(self._first_points()), state.mesh
         # Points that no face uses may be NaN, and NaN differs from itself.
-        report.moved = int(np.count_nonzero(((before.points != points) & ~np.isnan(points)).any(axis=1)))
+        moved = (before.points != after.points) & ~np.isnan(after.points)
+        report.moved = int(np.count_nonzero(moved.any(axis=1)))
         report.swept_volume = measure.swept_volume(before, after)
         if measure.is_closed(state.near):
             report.volume = (measure.signed_volume(before), measure.signed_volume(after))
+        if self.order is None:
+            return state.points
+        points = np.empty_like(state.points)
+        points[self.order] = state.points
         return points
