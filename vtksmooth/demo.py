@@ -50,7 +50,8 @@ def run(output: Path, quiet: bool = False, meshes: Sequence[Path] = ()) -> None:
     quiet : bool
         Print nothing.
     meshes : sequence of Path
-        Files of surface meshes; PyVista's airplane and ant when there are none.
+        Files of surface meshes. When there are none: PyVista's airplane and ant, and a piece of its
+        voxel image of river channels.
 
     Examples
     --------
@@ -65,8 +66,10 @@ def run(output: Path, quiet: bool = False, meshes: Sequence[Path] = ()) -> None:
         if not quiet:
             print(text, flush=True)
 
-    chosen = [Path(mesh) for mesh in meshes] or [Path(examples.planefile), Path(examples.antfile)]
-    loaded = [(path, *read_surface(path)) for path in chosen]
+    files = [Path(mesh) for mesh in meshes] or [Path(examples.planefile), Path(examples.antfile)]
+    loaded = [(path, *read_surface(path)) for path in files]
+    if not meshes:
+        loaded.append((Path(examples.channelsfile), _channels(), [_CHANNELS]))
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -99,6 +102,25 @@ def run(output: Path, quiet: bool = False, meshes: Sequence[Path] = ()) -> None:
     say(f"  {command} demo MESH")
     say(f"  {command} trapezium-drawing MESH RESULT.vtp --iterations 5 --max-deviation-fraction 0.001")
     say(f"  {command} compare MESH RESULT.vtp")
+
+
+_CHANNELS = (
+    "channels.vti is a voxel image; the mesh is made of a part of it by flying edges (marching cubes)."
+)
+
+
+def _channels() -> pv.PolyData:
+    """Make the surface of some river channels as one does: mask, blur, every other sample, contour.
+
+    The part ends below the channels' flat tops, whose triangles would be regular.
+    """
+    image = pv.read(examples.channelsfile).extract_subset([0, 90, 170, 250, 53, 72]).cells_to_points()
+    image["facies"] = (image["facies"] > 0).astype(np.float32)
+    image = image.gaussian_smooth(std_dev=2.0)
+    image = image.extract_subset(image.extent, rate=(2, 2, 2))
+    surface = image.contour([0.5], method="flying_edges").connectivity("largest")
+    surface.clear_data()
+    return surface
 
 
 @contextmanager
