@@ -95,17 +95,16 @@ def speed_case(tool: str, paths: dict[str, str], repeats: int) -> dict[str, Any]
         n = len(points)
         case = make(points, faces)
         native = case.fresh()
-        memory, first = _peak(case, native)
+        memory = _peak(case, native)
         if not result:
             result = {"vertices": n, "memory": memory / n - case.output_bytes}
         del native
-        # A long run of as many iterations as take some time, but not too many: gates converge.
-        guess = max(2e-9 * n, (_seconds(case, 6)[0] - first) / 5)
-        more = int(np.clip(_LONG / guess, 5, 20 if tool in _GATED else 200))
+        more, short, long = _enough(tool, case, n)
         rates, setups = [], []
-        for _ in range(repeats):
-            short = _seconds(case, 1)[0]
-            long = _seconds(case, 1 + more)[0]
+        for repeat in range(repeats):
+            if repeat:
+                short = _seconds(case, 1)[0]
+                long = _seconds(case, 1 + more)[0]
             done = (case.iterations_done or 1 + more) - 1
             each = (long - short) / max(done, 1)
             rates.append(1e9 * each / n)
@@ -115,21 +114,38 @@ def speed_case(tool: str, paths: dict[str, str], repeats: int) -> dict[str, Any]
     return result
 
 
-def _peak(case: peers.Case, native: Any) -> tuple[int, float]:
-    # Bytes over what is there before a run of one iteration, and its time.
+def _enough(tool: str, case: peers.Case, vertices: int) -> tuple[int, float, float]:
+    """Return after how many iterations more a run takes clearly longer than its set-up varies.
+
+    And the times of a short and of such a long run. Not too many: gates converge.
+    """
+    most = 200 if tool not in _GATED else 20 if vertices < 1_000_000 else 5
+    _seconds(case, 1)
+    short = _seconds(case, 1)[0]
+    more = 5
+    while True:
+        long = _seconds(case, 1 + more)[0]
+        if more == most or long - short > max(_LONG, 0.7 * short):
+            return more, short, long
+        more = min(4 * more, most)
+
+
+def _peak(case: peers.Case, native: Any) -> int:
+    # Bytes over what is there before a run of one iteration.
     baseline = _status("VmRSS")
     try:
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
     except OSError:  # the mark cannot be reset everywhere; then only what exceeds it is seen
         baseline = max(baseline, _status("VmHWM"))
-    began = time.perf_counter()
-    case.run(native, 1)
-    return _status("VmHWM") - baseline, time.perf_counter() - began
+    result = case.run(native, 1)
+    peak = _status("VmHWM")
+    del result
+    return peak - baseline
 
 
 def quality_case(tool: str, path: str, bound: float) -> dict[str, Any]:
     """Least time in which a run from the start reaches the quality within the bound."""
-    from vtksmooth.kernels import adjacency, quality
+    from vtksmooth.kernels import quality
     from vtksmooth.kernels.closest_point import ClosestPoint
     from vtksmooth.kernels.mesh import Mesh
 
@@ -138,7 +154,7 @@ def quality_case(tool: str, path: str, bound: float) -> dict[str, Any]:
     points, faces = _load(path)
     offsets = 3 * np.arange(len(faces) + 1, dtype=np.int32)
     mesh = Mesh.from_arrays(points, offsets, faces.ravel())
-    directions = quality.reference_directions(mesh, adjacency.build(mesh))
+    directions = quality.reference_directions(mesh)
     surface, diagonal = ClosestPoint(mesh), mesh.diagonal
     case = make(points, faces)
     start = quality.aspect_ratios(mesh, directions)
@@ -184,22 +200,24 @@ def ratio_case(path: str, repeats: int) -> dict[str, Any]:
         except ImportError:
             continue
         rates: list[list[float]] = [[], []]
-        more = 10 if name == "td" else 30
         whole: list[list[float]] = [[], []]
-        for _ in range(repeats + 1):
-            for case, rate, all_in in zip(cases, rates, whole, strict=True):
-                short, long = _seconds(case, 1)[0], _seconds(case, 1 + more)[0]
+        counts = [_enough(tool, case, n)[0] for tool, case in zip(pair, cases, strict=True)]
+        for _ in range(repeats):
+            for case, more, rate, all_in in zip(cases, counts, rates, whole, strict=True):
+                # The other tool had the caches and the allocator: the first run after it is not counted.
+                _seconds(case, 1)
+                short, ten, long = (_seconds(case, count)[0] for count in (1, 10, 1 + more))
                 done = case.iterations_done or 1 + more
                 rate.append(1e9 * (long - short) / max(done - 1, 1) / n)
-                all_in.append(1e9 * long / done / n)
-        result[name] = [float(np.median(rate[1:])) for rate in rates]
-        result[f"{name} in all"] = [float(np.median(rate[1:])) for rate in whole]
+                all_in.append(1e9 * ten / 10 / n)
+        result[name] = [float(np.median(rate)) for rate in rates]
+        result[f"{name} in all"] = [float(np.median(rate)) for rate in whole]
         if name == "umbrella":
             result["pass"] = result[name][0] * n / 1e9
     polydata = peers.VtkSmooth(points, faces).native
     mesh = Mesh.from_arrays(points, 3 * np.arange(len(faces) + 1, dtype=np.int32), faces.ravel())
     times: dict[str, list[float]] = {"build": [], "links": []}
-    for _ in range(repeats + 1):
+    for _ in range(max(repeats, 2) + 1):
         began = time.perf_counter()
         adjacency.build(mesh)
         times["build"].append(time.perf_counter() - began)
@@ -272,7 +290,7 @@ class Runner:
             sys.executable, str(Path(__file__).resolve()),
             "--case", json.dumps({"kind": kind, "processors": processors, **arguments}),
         ]  # fmt: skip
-        print(f"{kind} {arguments.get('tool', '')} {threads}", file=sys.stderr, flush=True)
+        print(f"{left:.0f} s left: {kind} {arguments.get('tool', '')} {threads}", file=sys.stderr, flush=True)
         try:
             done = subprocess.run(
                 command, env=environment, capture_output=True, text=True, check=False,
@@ -346,6 +364,19 @@ def _threads(tool: peers.Tool, triangles: int, all_threads: int) -> list[int]:
     return counts if tool.prime or triangles <= 500_000 else counts[-1:]
 
 
+def _extent(
+    tool: peers.Tool, triangles: int, threads: int, all_threads: int, repeats: int
+) -> tuple[Sequence[str], int]:
+    """Return the orders of vertices and the repeats that are worth their time."""
+    if triangles <= 500_000:
+        return ORDERS, repeats
+    if not tool.prime:
+        return ORDERS[:1], 1
+    if triangles <= 2_000_000:
+        return ORDERS, min(repeats, 2)
+    return (ORDERS if threads == all_threads or not tool.threads else ORDERS[:1]), 1
+
+
 def _speeds(
     run: Runner, sizes: dict[str, int], folder: Path, repeats: int, labels: Sequence[str]
 ) -> dict[tuple[str, str, int], dict[str, Any]]:
@@ -359,12 +390,9 @@ def _speeds(
                 tool = peers.TOOLS[label]
                 if tool.prime != prime or label in hopeless:
                     continue
-                # At the largest size, shuffled vertices for those that matter most only.
-                both = tool.prime or triangles <= 2_000_000
-                orders = ORDERS if both else ORDERS[:1]
-                paths = {order: str(folder / f"{name}-{order}.npz") for order in orders}
                 for threads in _threads(tool, triangles, all_threads):
-                    few = min(repeats, 2) if triangles > 500_000 else repeats
+                    orders, few = _extent(tool, triangles, threads, all_threads, repeats)
+                    paths = {order: str(folder / f"{name}-{order}.npz") for order in orders}
                     result = run("speed", threads, tool=label, paths=paths, repeats=few)
                     results[name, label, threads] = result
                     if result.get("failed") not in (None, "failed", Runner.NO_TIME):
@@ -394,7 +422,9 @@ def _speed_section(
                     result = results.get((name, label, threads), {})
                     row.append(str(result.get("failed", "")))
                     if order in result:
-                        row[-1] = "{:.1f} ({:.1f})".format(*result[order])
+                        median, least = result[order]
+                        # Set-up varied by more than the iterations took.
+                        row[-1] = f"{median:.1f} ({least:.1f})" if least > 0 else "not resolved"
             most = results.get((name, label, all_threads)) or results.get((name, label, 1), {})
             row += [f"{most['setup']:.3f}", f"{most['memory']:.0f}"] if "setup" in most else ["", ""]
             rows.append(row)
@@ -429,6 +459,8 @@ def _quality_section(
 
 
 def _ratio(pair: Sequence[float], digits: int = 0) -> str:
+    if min(pair) <= 0.0:
+        return "not resolved"
     return f"{pair[0]:.{digits}f} : {pair[1]:.{digits}f} = {pair[0] / pair[1]:.2f}"
 
 
@@ -438,8 +470,10 @@ def _ratio_section(run: Runner, files: dict[str, str], repeats: int) -> list[str
     threads = len(os.sched_getaffinity(0))
     rows = []
     for name, path in files.items():
-        for count in sorted({1, threads}):
-            r = run("ratio", count, path=path, repeats=repeats)
+        # On the larger mesh once, with all threads: set-up dominates there.
+        large = not name.startswith(next(iter(files)).split(",")[0])
+        for count in [threads] if large else sorted({1, threads}):
+            r = run("ratio", count, path=path, repeats=1 if large else repeats)
             if "failed" in r:
                 rows.append([name, count, r["failed"], "", "", ""])
                 continue
@@ -450,7 +484,7 @@ def _ratio_section(run: Runner, files: dict[str, str], repeats: int) -> list[str
                 _ratio([1e3 * r["build"], 1e3 * allowed], 1),
             ])  # fmt: skip
     head = [
-        "mesh", "threads", "TD : vtkSmoothPolyDataFilter, ns", "the same with set-up, 11 iterations",
+        "mesh", "threads", "TD : vtkSmoothPolyDataFilter, ns", "the same with set-up, 10 iterations",
         "umbrella : MeshLib relax, ns", "neighbourhoods : BuildLinks + one umbrella pass, ms",
     ]  # fmt: skip
     return tables.table(head, rows)
@@ -505,7 +539,9 @@ def benchmark(
                 mesh = shapes.sphere(triangles, NOISE, shuffled=order == "shuffled")
                 _write_mesh(folder / f"{name}-{order}.npz", mesh)
         names = list(sizes)
-        middle = names[min(1, len(names) - 1)]
+        # The size nearest to 160 k triangles, and the next.
+        at = min(range(len(names)), key=lambda i: abs(sizes[names[i]] - 160_000))
+        middle = names[at]
         label, real = _real_mesh(data)
         real_path = _write_mesh(folder / "real.npz", real)
         targets = [
@@ -515,7 +551,7 @@ def benchmark(
         start = _start_section(run, str(folder / f"{names[0]}-{ORDERS[0]}.npz"), repeats)
         ratio_files = {
             f"{name}, {order}": str(folder / f"{name}-{order}.npz")
-            for name in dict.fromkeys((middle, names[min(2, len(names) - 1)]))
+            for name in dict.fromkeys((middle, names[min(at + 1, len(names) - 1)]))
             for order in ORDERS
         }
         ratios = _ratio_section(run, ratio_files, repeats)
@@ -565,8 +601,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--sizes", default="10k,160k,1M,4M", help="triangles, separated by commas")
     parser.add_argument("--data", type=Path, default=Path(given) if given else None, help="folder of meshes")
     parser.add_argument("--output", type=Path, default=Path("docs/benchmark.md"))
-    parser.add_argument("--timeout", type=float, default=45.0, help="seconds for one case")
-    parser.add_argument("--budget", type=float, default=840.0, help="seconds for all cases")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds for one case")
+    parser.add_argument("--budget", type=float, default=870.0, help="seconds for all cases")
     parser.add_argument("--repeats", type=int, default=3, help="pairs of a short and a long run")
     parser.add_argument("--tools", default="", help="only these, separated by commas")
     parser.add_argument("--case", help=argparse.SUPPRESS)
