@@ -515,7 +515,7 @@ def _real_mesh(data: Path | None) -> tuple[str, Any]:
 
     if data is not None and (data / "rocker-arm.obj").is_file():
         return "Rocker Arm (alecjacobson/common-3d-test-models)", pv.read(data / "rocker-arm.obj")
-    return "PyVista's nut", pv.read(examples.nutfile)
+    return "PyVista's airplane", pv.read(examples.planefile)
 
 
 def benchmark(
