@@ -5,6 +5,7 @@ import graphlib
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -127,6 +128,11 @@ def test_importing_loads_nothing_from_above(module, unwanted):
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert unwanted & set(done.stdout.split()) == set()
+
+
+def test_every_package_is_installed():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert set(project["tool"]["setuptools"]["packages"]) == PACKAGES
 
 
 def test_no_paths_of_a_machine_are_mentioned():
