@@ -42,7 +42,7 @@ def test_the_fused_sweep_gives_the_bits_of_the_parts(name, small_blocks, monkeyp
     else:
         mesh = meshes.HOSTILE[name]()
     fused, fused_report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=4)
-    monkeypatch.setattr(loop._Run, "_fused_places", lambda run: None)
+    monkeypatch.setattr(loop._Run, "_prepare_fused", lambda run, k: None)
     parts, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=4)
     assert fused.tobytes() == parts.tobytes()
     assert (fused_report.iterations, fused_report.stop_reason) == (report.iterations, report.stop_reason)
@@ -61,7 +61,7 @@ def test_the_fused_sweep_is_what_trapezium_drawing_uses():
             meshes.torus(12, 8), TrapeziumDrawing(), constraints, None, loop.StopRules(), loop._ignore
         )
         run.start()
-        assert (run.places is not None) == fused
+        assert (run.fused is not None) == fused
 
 
 @pytest.mark.parametrize("name", ["umbrella", "thin-plate", "trapezium-drawing"])

@@ -391,20 +391,17 @@ def _renumber(offsets, connectivity, rank, faces, new_offsets, new_connectivity)
         new_offsets[i + 1] = k
 
 
-def renumbered(mesh: Mesh, order: Int32, sort_faces: bool = True) -> tuple[Mesh, Int32]:
+def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
     """Return `mesh` with its points in the given order, and for each of its faces the old number.
 
-    With `sort_faces` the faces are sorted by their smallest new point number (stable), so that a sweep
-    meets them in order; a file's own order does as well unless it is random.
+    Faces are sorted by their smallest new point number (stable), so that a sweep meets them in order.
     """
     n = mesh.n_points
     rank = np.empty(n, np.int32)
     _invert(order, rank)
-    faces = np.arange(mesh.n_faces, dtype=np.int32)
-    if sort_faces:
-        smallest, count = np.empty(mesh.n_faces, np.int32), np.zeros(n + 2, np.int32)
-        _sort_faces(mesh.offsets, mesh.connectivity, rank, smallest, count, faces)
-        del smallest, count
+    faces, smallest = np.empty(mesh.n_faces, np.int32), np.empty(mesh.n_faces, np.int32)
+    _sort_faces(mesh.offsets, mesh.connectivity, rank, smallest, np.zeros(n + 2, np.int32), faces)
+    del smallest
     offsets, connectivity = np.empty_like(mesh.offsets), np.empty_like(mesh.connectivity)
     _renumber(mesh.offsets, mesh.connectivity, rank, faces, offsets, connectivity)
     return Mesh(mesh.points[order], offsets, connectivity), faces

@@ -24,7 +24,7 @@ from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
 from .mesh import LARGEST_POLYGON, Mesh
 from .schemes import Scheme
-from .schemes.trapezium import TrapeziumDrawing
+from .schemes.trapezium import Sweep, TrapeziumDrawing
 from .state import State
 
 Float64 = npt.NDArray[np.float64]
@@ -207,9 +207,8 @@ class _Run:
             self.ranges = parallel.ranges(mesh.n_points)
         if self.order is not None:
             self.progress(0.0, "putting the mesh in order")
-            scattered = _scattered(near)
             del near
-            mesh, _ = adjacency.renumbered(mesh, self.order, sort_faces=scattered)
+            mesh, _ = adjacency.renumbered(mesh, self.order)
             near = adjacency.build(mesh)
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh)
@@ -230,7 +229,7 @@ class _Run:
             constraint.bind(self.state)
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
-        self.places = self._fused_places()
+        self.fused = self._prepare_fused(k)
         report = self.report
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
@@ -255,7 +254,7 @@ class _Run:
             inner = [(rows[:, c].copy(), rows[:, c + 1].copy()) for c in range(rows.shape[1] - 1)]
             self.classes.append(((rows[:, 0].copy(), rows[:, -1].copy()), inner))
 
-    def _fused_places(self) -> np.ndarray | None:
+    def _prepare_fused(self, k: Float64) -> Sweep | None:
         # Trapezium Drawing with nothing but its own gate has a kernel of its own.
         acting = [c for c in self.constraints if not (isinstance(c, Boundary) and not c.sliding)]
         if (
@@ -264,7 +263,7 @@ class _Run:
             and isinstance(acting[0], Gate)
             and acting[0].kind == ASPECT
         ):
-            return self.scheme.ring_places(self.state)
+            return self.scheme.prepare_sweep(self.state, k)
         return None
 
     # -- passes ------------------------------------------------------------------------------------
@@ -280,7 +279,7 @@ class _Run:
                 constraint.prepare(state)
             if not self.in_place:
                 self._simultaneous(turn)
-            elif self.places is not None:
+            elif self.fused is not None:
                 moved = sum(self._fused(done, share))
             else:
                 moved = max(0, moved) + sum(self._in_place(turn, done, share))
@@ -316,10 +315,10 @@ class _Run:
 
     def _fused(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, TrapeziumDrawing)
-        assert self.places is not None
+        assert self.fused is not None
         floor = next(c.floor for c in self.constraints if isinstance(c, Gate))
         for number, (blocks, _) in enumerate(self.classes):
-            yield self.scheme.sweep(self.state, self.places, MARGIN, floor, *blocks)
+            yield self.scheme.sweep(self.state, self.fused, MARGIN, floor, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
 
     # -- stop rules --------------------------------------------------------------------------------
@@ -375,13 +374,17 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
+        closed = measure.is_closed(state.near)
+        # The neighbourhoods have served, and what follows needs room.
+        self.fused = None
+        del state.near, state.reference
         # In the run's numbering: the file's may be random, and these read every face.
         before, after = state.topology.with_points(self._first_points()), state.mesh
         # Points that no face uses may be NaN, and NaN differs from itself.
         moved = (before.points != after.points) & ~np.isnan(after.points)
         report.moved = int(np.count_nonzero(moved.any(axis=1)))
         report.swept_volume = measure.swept_volume(before, after)
-        if measure.is_closed(state.near):
+        if closed:
             report.volume = (measure.signed_volume(before), measure.signed_volume(after))
         if self.order is None:
             return state.points

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
 from .. import parallel
 from ..compiled import device, kernel
@@ -23,7 +26,7 @@ def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, 
     the two, seen from p0, p0_i - p0 = (m.w) w / (w.w), and m.w = (|p_i|^2 - |p_j|^2) / 2.
     """
     for i in range(size):
-        w = star[first + i]
+        w = np.uintp(star[first + i])  # unsigned: no check for indices from the end
         sx = points[w, 0] - x
         sy = points[w, 1] - y
         sz = points[w, 2] - z
@@ -125,12 +128,13 @@ def _ring_places(starts, ends, near, places):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin, floor):  # type: ignore[no-untyped-def]
+def _sweep(starts, ends, points, near, places, squares, reference, pinned, widest, margin, floor):  # type: ignore[no-untyped-def]
     spoke = np.empty((widest, 3))
     unit = np.empty((widest, 3))
     square = np.empty(widest)
     best = np.empty(widest)
     partner = np.empty(widest, np.int32)
+    proposed = np.empty(widest)
     moved = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -147,22 +151,17 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
             x += dx
             y += dy
             z += dz
+            row = near.corner_offsets[v]
+            faces = near.corner_offsets[v + 1] - row
             old_inverted = 0
             old = np.inf
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                f = near.corners[i] // 3
-                a = places[i, 0]
-                b = places[i, 1]
-                q = spokes_square(
-                    spoke[a, 0], spoke[a, 1], spoke[a, 2], square[a],
-                    spoke[b, 0], spoke[b, 1], spoke[b, 2], square[b],
-                    reference[f, 0], reference[f, 1], reference[f, 2],
-                )  # fmt: skip
+            for i in range(faces):
+                q = squares[near.corners[row + i] // 3]
                 old_inverted += q < 0.0
                 old = min(old, q)
             # The spokes from the proposed position take the place of the old ones.
             for i in range(size):
-                w = near.ring[first + i]
+                w = np.uintp(near.ring[first + i])
                 sx = points[w, 0] - x
                 sy = points[w, 1] - y
                 sz = points[w, 2] - z
@@ -173,15 +172,16 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
             new_inverted = 0
             new = np.inf
             needed = old + margin * abs(old)
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                f = near.corners[i] // 3
-                a = places[i, 0]
-                b = places[i, 1]
+            for i in range(faces):
+                f = np.uintp(near.corners[row + i] // 3)
+                a = places[row + i, 0]
+                b = places[row + i, 1]
                 q = spokes_square(
                     spoke[a, 0], spoke[a, 1], spoke[a, 2], square[a],
                     spoke[b, 0], spoke[b, 1], spoke[b, 2], square[b],
                     reference[f, 0], reference[f, 1], reference[f, 2],
                 )  # fmt: skip
+                proposed[i] = q
                 new_inverted += q < 0.0
                 new = min(new, q)
                 # Refused already: too many are inverted, or the minimum is not above and the number of
@@ -195,8 +195,25 @@ def _sweep(starts, ends, points, near, places, reference, pinned, widest, margin
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z
+                for i in range(faces):
+                    squares[near.corners[row + i] // 3] = proposed[i]
                 moved += 1
     return moved
+
+
+class Sweep(NamedTuple):
+    """What :meth:`TrapeziumDrawing.sweep` keeps between passes.
+
+    Attributes
+    ----------
+    places : (k, 2) uint8
+        For each corner of a vertex, where in its ring the next and the previous corner of the face stand.
+    squares : (m,) float64
+        Signed square of k of each face as it is now.
+    """
+
+    places: npt.NDArray[np.uint8]
+    squares: Float64
 
 
 class TrapeziumDrawing(Scheme):
@@ -215,27 +232,31 @@ class TrapeziumDrawing(Scheme):
             state.points, near.star_offsets, near.star, state.pinned, widest, proposed,
         )  # fmt: skip
 
-    def ring_places(self, state: State) -> np.ndarray | None:
-        """Return what :meth:`sweep` needs, or None where it does not apply (polygons, giant rings)."""
+    def prepare_sweep(self, state: State, k: Float64) -> Sweep | None:
+        """Return what :meth:`sweep` needs, or None where it does not apply (polygons, giant rings).
+
+        `k` are the aspect ratios of the faces.
+        """
         near = state.near
         widest = int(np.diff(near.ring_offsets).max())
         if not state.topology.only_triangles or widest > 255:
             return None
         places = np.empty((len(near.corners), 2), np.uint8)
         parallel.run(_ring_places, *parallel.ranges(len(near.border)), near, places)
-        return places
+        return Sweep(places, k * np.abs(k))
 
     def sweep(
-        self, state: State, places: np.ndarray, margin: float, floor: float, starts: Int64, ends: Int64
+        self, state: State, kept: Sweep, margin: float, floor: float, starts: Int64, ends: Int64
     ) -> int:
         """Propose, judge by the aspect-ratio gate and move, vertex after vertex; return how many moved.
 
         The same result, bit for bit, as proposing, judging and moving one colour class after another,
-        in a third of the time: the ring is read once.
+        in a third of the time: the ring is read once, and what faces are worth is remembered.
         """
-        widest = int(np.diff(state.near.ring_offsets).max())
+        near = state.near
+        widest = int(max(np.diff(near.ring_offsets).max(), np.diff(near.corner_offsets).max()))
         moved = parallel.run(
             _sweep, starts, ends,
-            state.points, state.near, places, state.reference, state.pinned, widest, margin, floor,
+            state.points, near, *kept, state.reference, state.pinned, widest, margin, floor,
         )  # fmt: skip
         return sum(moved)
