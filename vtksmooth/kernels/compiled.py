@@ -6,8 +6,12 @@ installation waits for the compiler. That wait is announced through :func:`on_co
 
 from __future__ import annotations
 
+import hashlib
 import logging
+import os
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -20,16 +24,54 @@ _log = logging.getLogger("vtksmooth")
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 
+def _cache_folder() -> Path | None:
+    """Return the folder for machine code, or None where none can be written.
+
+    It is named after the sources: numba itself would miss that a helper in another file has changed,
+    and run old code after an update.
+    """
+    package = Path(__file__).parent
+    sources = sorted(package.rglob("*.py"))
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    asked = os.environ.get("NUMBA_CACHE_DIR")
+    homes = [Path(asked)] if asked else [package / "__pycache__", _user_cache()]
+    for home in homes:
+        folder = home / f"vtksmooth-{digest}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK | os.X_OK):
+            if home.parent == package:  # here only one version lives
+                for old in set(home.glob("vtksmooth-*")) - {folder}:
+                    shutil.rmtree(old, ignore_errors=True)
+            return folder
+    return None
+
+
+def _user_cache() -> Path:
+    if os.name == "nt":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "vtksmooth"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vtksmooth"
+
+
+_folder = _cache_folder()
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` on first call, and keep the machine code on disk.
 
     Where neither the package's folder nor the user's cache can be written, the kernel still works
     and is compiled again in every process.
     """
+    if _folder is None:
+        return numba.njit(**_OPTIONS)(function)
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(_folder)  # read by numba while it decorates
     try:
         return numba.njit(cache=True, **_OPTIONS)(function)
-    except RuntimeError:  # numba: "no locator available", a read-only machine
-        return numba.njit(**_OPTIONS)(function)
+    finally:
+        numba.config.CACHE_DIR = before
 
 
 #: A helper of kernels, always part of its caller's machine code: left to itself the compiler makes

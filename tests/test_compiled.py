@@ -1,0 +1,75 @@
+"""Where machine code is kept, and that kernels work where it can be kept nowhere."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import vtksmooth
+
+PROGRAM = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import vtksmooth.kernels.compiled as compiled
+from vtksmooth.kernels import parallel
+from vtksmooth.kernels.loop import _carry_out
+import numpy as np
+starts, ends = parallel.ranges(3)
+points = np.zeros((3, 3))
+names = []
+with compiled.on_compile(names.append):
+    moved = _carry_out(starts, ends, np.zeros(3, np.uint8), np.ones((3, 3)), points)
+    print(moved, points.sum(), len(names))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of the package without any machine code."""
+    source = Path(vtksmooth.__file__).parent
+    shutil.copytree(source, tmp_path / "vtksmooth", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+def run(folder: Path, **environment: str) -> str:
+    environment = {**os.environ, **environment}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(folder)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.strip()
+
+
+def test_a_kernel_is_compiled_once_and_again_when_any_source_changes(copy: Path) -> None:
+    assert run(copy) == "3 9.0 1"
+    assert run(copy) == "3 9.0 0"
+    # A helper in another file: numba itself would not notice.
+    quality = copy / "vtksmooth" / "kernels" / "quality.py"
+    quality.write_text(quality.read_text() + "\n# changed\n")
+    assert run(copy) == "3 9.0 1"
+    assert len(list((copy / "vtksmooth" / "kernels" / "__pycache__").glob("vtksmooth-*"))) == 1
+
+
+def test_kernels_work_where_nothing_can_be_written(copy: Path) -> None:
+    # A file where the folder should be: not even the administrator can write there.
+    occupied = copy / "occupied"
+    occupied.touch()
+    for _ in range(2):
+        assert run(copy, NUMBA_CACHE_DIR=str(occupied)) == "3 9.0 1"
+
+
+def test_an_installation_that_cannot_be_written_uses_the_users_cache(copy: Path, tmp_path: Path) -> None:
+    (copy / "vtksmooth" / "kernels" / "__pycache__").write_text("occupied")
+    home = tmp_path / "home"
+    names = {"HOME": str(home), "XDG_CACHE_HOME": str(home), "LOCALAPPDATA": str(home)}
+    assert run(copy, **names) == "3 9.0 1"
+    assert run(copy, **names) == "3 9.0 0"
+    assert list((home / "vtksmooth").glob("vtksmooth-*"))
