@@ -370,3 +370,12 @@ def test_giant_faces_take_linear_time_and_hold_their_points():
     np.testing.assert_array_equal(points, cap.points)
     assert report.stop_reason == "nothing-to-do"
     assert report.volume[0] == pytest.approx(np.pi, rel=1e-6)
+
+
+def test_a_large_mesh_with_nothing_but_degenerate_faces_stays():
+    points = np.random.default_rng(0).random((40_000, 3))
+    mesh = Mesh.from_arrays(points, [0, 3, 5], [5, 5, 5, 7, 7])
+    for scheme, constraints in ((Umbrella(), []), (TrapeziumDrawing(), [Gate("aspect")])):
+        result, report = loop.smooth(mesh, scheme, constraints, iterations=2)
+        np.testing.assert_array_equal(result, points)
+        assert report.stop_reason == "nothing-to-do"

@@ -161,8 +161,7 @@ def smooth(
 
 def _scattered(near: adjacency.Adjacency) -> bool:
     """Return whether successive vertices have their neighbours in unrelated places."""
-    n = len(near.border)
-    if n < _IN_CACHE:
+    if len(near.border) < _IN_CACHE or not len(near.ring):
         return False
     # How far the first neighbour of a vertex is from that of the next: a sample, and its median.
     # (How far neighbours are from the vertex itself says less: two streams side by side are in order.)
