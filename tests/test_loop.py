@@ -71,8 +71,7 @@ def test_putting_a_scattered_mesh_in_order_changes_nothing_but_rounding(name, mo
     shuffled, _ = adjacency.renumbered(mesh, np.random.default_rng(0).permutation(200).astype(np.int32))
     fixed = np.random.default_rng(1).random(200) < 0.1
     usual = loop.smooth(shuffled, SCHEMES[name], iterations=3, fixed=fixed)[0]
-    monkeypatch.setattr(loop, "_IN_CACHE", 20)
-    monkeypatch.setattr(loop, "_NEAR", 5)
+    monkeypatch.setattr(loop, "_SCATTERED", 40)
     assert loop._scattered(adjacency.build(shuffled))
     assert not loop._scattered(adjacency.build(mesh))
     ordered = loop.smooth(shuffled, SCHEMES[name], iterations=3, fixed=fixed)[0]
