@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 #: Why a run ended.
 STOP_REASONS = {
@@ -55,7 +55,7 @@ class RunReport:
     volume: tuple[float, float] | None = None
     volume_rounded: float | None = None
     swept_volume: float = 0.0
-    irregular: int = field(default=0)
+    irregular: int = 0
 
     def __str__(self) -> str:
         reason = STOP_REASONS[self.stop_reason]

@@ -83,7 +83,7 @@ def _build(points, faces, order, centre, low, high, node_low, node_high, node): 
                 widest = cb - ca
                 split = axis
         node[i, 2] = -1
-        if last - first > 4:
+        if last - first > LEAF:
             # Put the median in its place along the widest axis (Hoare's selection).
             middle = (first + last) // 2
             a = first

@@ -53,6 +53,11 @@ class State:
         """The original surface, ready for closest-point queries (built when first asked for)."""
         return ClosestPoint(self.original)
 
+    @cached_property
+    def widest_star(self) -> int:
+        """Size of the largest star: kernels take their scratch space by it, many times in a pass."""
+        return int(np.diff(self.near.star_offsets).max())
+
     @property
     def mesh(self) -> Mesh:
         """The mesh as it is now."""

@@ -226,10 +226,9 @@ class TrapeziumDrawing(Scheme):
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
         near = state.near
-        widest = int(np.diff(near.star_offsets).max())
         parallel.run(
             _propose, starts, ends,
-            state.points, near.star_offsets, near.star, state.pinned, widest, proposed,
+            state.points, near.star_offsets, near.star, state.pinned, state.widest_star, proposed,
         )  # fmt: skip
 
     def prepare_sweep(self, state: State, k: Float64) -> Sweep | None:
@@ -238,8 +237,7 @@ class TrapeziumDrawing(Scheme):
         `k` are the aspect ratios of the faces.
         """
         near = state.near
-        widest = int(np.diff(near.ring_offsets).max())
-        if not state.topology.only_triangles or widest > 255:
+        if not state.topology.only_triangles or state.widest_star > 255:
             return None
         places = np.empty((len(near.corners), 2), np.uint8)
         parallel.run(_ring_places, *parallel.ranges(len(near.border)), near, places)
@@ -251,12 +249,11 @@ class TrapeziumDrawing(Scheme):
         """Propose, judge by the aspect-ratio gate and move, vertex after vertex; return how many moved.
 
         The same result, bit for bit, as proposing, judging and moving one colour class after another,
-        in a third of the time: the ring is read once, and what faces are worth is remembered.
+        but quicker: the ring is read once, and what faces are worth is remembered.
         """
         near = state.near
-        widest = int(max(np.diff(near.ring_offsets).max(), np.diff(near.corner_offsets).max()))
         moved = parallel.run(
             _sweep, starts, ends,
-            state.points, near, *kept, state.reference, state.pinned, widest, margin, floor,
+            state.points, near, *kept, state.reference, state.pinned, state.widest_star, margin, floor,
         )  # fmt: skip
         return sum(moved)
