@@ -73,3 +73,21 @@ def test_vtks_precision_codes_are_understood() -> None:
     algorithm = TrapeziumDrawing()
     algorithm.SetOutputPointsPrecision(1)
     assert algorithm.output_points_precision == "double"
+
+
+def test_auto_stands_beside_numbers():
+    class Thing:
+        angle = Parameter("auto", "Angle.", automatic=True, type=float, low=0, high=90, unit="deg")
+
+        def Modified(self):  # noqa: N802
+            pass
+
+    thing = Thing()
+    assert thing.angle == "auto"
+    thing.angle = 20
+    assert thing.angle == 20.0
+    thing.angle = "auto"
+    assert thing.angle == "auto"
+    for wrong in ("Auto", 91, None, "twenty"):
+        with pytest.raises(ParameterError, match="angle must be from 0 to 90 deg, or auto"):
+            thing.angle = wrong

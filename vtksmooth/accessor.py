@@ -26,6 +26,8 @@ def method_name(cls: type[Filter]) -> str:
 def _method(cls: type[Filter]) -> Callable[..., Any]:
     name = method_name(cls)
     others = cls.inputs[1:]
+    # What else a filter makes is returned on demand: return_lines=True.
+    further = [f"return_{output}" for output in cls.outputs[1:]]
 
     def method(
         self: VtksmoothAccessor,
@@ -39,7 +41,10 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
             raise TypeError(
                 f"{name}() takes {len(others)} meshes besides its own: {', '.join(others) or 'none'}"
             )
-        return _apply(cls(**parameters), self._mesh, given, inplace, progress_bar)
+        wanted = [True, *(parameters.pop(name, False) for name in further)]
+        outputs = _apply(cls(**parameters), self._mesh, given, inplace, progress_bar)
+        returned = tuple(output for output, want in zip(outputs, wanted, strict=True) if want)
+        return returned if len(returned) > 1 else returned[0]
 
     kind = inspect.Parameter
     method.__name__, method.__qualname__ = name, f"VtksmoothAccessor.{name}"
@@ -53,6 +58,7 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
                 kind(p.name, kind.KEYWORD_ONLY, default=p.default, annotation=p.type)
                 for p in cls.parameters().values()
             ),
+            *(kind(name, kind.KEYWORD_ONLY, default=False, annotation=bool) for name in further),
             kind("inplace", kind.KEYWORD_ONLY, default=False, annotation=bool),
             kind("progress_bar", kind.KEYWORD_ONLY, default=False, annotation=bool),
         ],
@@ -61,15 +67,20 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
     return method
 
 
-def _apply(algorithm: Filter, mesh: Any, others: list[Any], inplace: bool, progress_bar: bool) -> Any:
+def _apply(
+    algorithm: Filter, mesh: Any, others: list[Any], inplace: bool, progress_bar: bool
+) -> list[pv.PolyData]:
     with ProgressMonitor(algorithm, type(algorithm).__name__) if progress_bar else nullcontext():
-        output = algorithm(mesh, *others)
+        algorithm(mesh, *others)
+    results = []
+    for port in range(len(algorithm.outputs)):
+        result = pv.PolyData()
+        result.shallow_copy(algorithm.GetOutput(port))
+        results.append(result)
     if inplace:
-        mesh.copy_from(output, deep=False)
-        return mesh
-    result = pv.PolyData()
-    result.shallow_copy(output)
-    return result
+        mesh.copy_from(results[0], deep=False)
+        results[0] = mesh
+    return results
 
 
 @pv.register_dataset_accessor("vtksmooth", pv.PolyData)
@@ -77,7 +88,8 @@ class VtksmoothAccessor:
     """The filters of vtksmooth on a mesh: ``mesh.vtksmooth.trapezium_drawing(iterations=5)``.
 
     Each method takes the filter's parameters as keywords and returns a new ``pyvista.PolyData``
-    (``inplace=True``: changes the mesh and returns it; ``progress_bar=True``: shows progress).
+    (``inplace=True``: changes the mesh and returns it; ``progress_bar=True``: shows progress). What a
+    filter makes beside the mesh is returned on demand (``return_lines=True``), all in a tuple.
     What a filter reports is in the result's field data; a mesh that cannot be worked on raises
     :class:`~vtksmooth.errors.InvalidMeshError`.
 

@@ -168,9 +168,8 @@ def _add_option(group: argparse._ArgumentGroup, parameter: Parameter) -> None:
 def _metavar(parameter: Parameter) -> str:
     if parameter.type is str:
         return "ARRAY"
-    if parameter.unit == "deg":
-        return "DEG"
-    return "N" if parameter.type is int else "X"
+    number = "DEG" if parameter.unit == "deg" else "N" if parameter.type is int else "X"
+    return f"{number}|auto" if parameter.automatic else number
 
 
 # ------------------------------------------------------------------------------------ interruption

@@ -36,6 +36,8 @@ class Filter(VTKPythonAlgorithmBase):
     command: ClassVar[str] = ""
     #: Names of the inputs.
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
+    #: Names of the outputs.
+    outputs: ClassVar[tuple[str, ...]] = ("mesh",)
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -46,7 +48,12 @@ class Filter(VTKPythonAlgorithmBase):
             cls.__doc__ = f"{before.rstrip()}\n\n    {lines}\n\n{heading}{rest}"
 
     def __init__(self, **parameters: Any) -> None:
-        super().__init__(nInputPorts=len(self.inputs), inputType="vtkPolyData", outputType="vtkDataObject")
+        super().__init__(
+            nInputPorts=len(self.inputs),
+            inputType="vtkPolyData",
+            nOutputPorts=len(self.outputs),
+            outputType="vtkDataObject",
+        )
         self.last_error: Exception | None = None
         self._will_raise = False
         self._told = 0.0
@@ -68,8 +75,11 @@ class Filter(VTKPythonAlgorithmBase):
 
     # -- what subclasses do ------------------------------------------------------------------------
 
-    def execute(self, *inputs: Any) -> vtkPolyData:
-        """Return the output for vtkPolyData `inputs`, which must not be changed."""
+    def execute(self, *inputs: Any) -> Any:
+        """Return the output for vtkPolyData `inputs`, which must not be changed.
+
+        A vtkPolyData; with several outputs a tuple of them.
+        """
         raise NotImplementedError
 
     def progress(self, fraction: float, what: str = "") -> None:
@@ -97,6 +107,8 @@ class Filter(VTKPythonAlgorithmBase):
     def __call__(self, *inputs: Any) -> Any:
         """Run on `inputs` (vtkPolyData, pyvista.PolyData or composite) and return the output.
 
+        A filter with several outputs returns a tuple of them.
+
         Raises
         ------
         InvalidMeshError, ParameterError, Cancelled
@@ -115,7 +127,9 @@ class Filter(VTKPythonAlgorithmBase):
         finally:
             # VTK's abort flag sticks; the next call is another run.
             self.SetAbortExecute(0)
-        return self.GetOutputDataObject(0)
+        if len(self.outputs) == 1:
+            return self.GetOutputDataObject(0)
+        return tuple(self.GetOutputDataObject(port) for port in range(len(self.outputs)))
 
     def Update(self, *arguments: Any) -> Any:
         """Bring the output up to date, as in VTK; raise what went wrong.
@@ -148,20 +162,21 @@ class Filter(VTKPythonAlgorithmBase):
         return 1
 
     def RequestDataObject(self, request: Any, inInfo: Any, outInfo: Any) -> int:
-        """Make the output of the type of the first input."""
+        """Make the outputs of the type of the first input."""
         source = vtkDataObject.GetData(inInfo[0], 0)
-        output = vtkDataObject.GetData(outInfo, 0)
-        if source is not None and (output is None or not output.IsA(_plain_class(source))):
-            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), _new_like(source))
+        for port in range(len(self.outputs)):
+            output = vtkDataObject.GetData(outInfo, port)
+            if source is not None and (output is None or not output.IsA(_plain_class(source))):
+                outInfo.GetInformationObject(port).Set(vtkDataObject.DATA_OBJECT(), _new_like(source))
         return 1
 
     def RequestData(self, request: Any, inInfo: Any, outInfo: Any) -> int:
         """Run :meth:`execute` and turn exceptions into VTK errors."""
-        output = vtkDataObject.GetData(outInfo, 0)
+        outputs = [vtkDataObject.GetData(outInfo, port) for port in range(len(self.outputs))]
         self.last_error = None
         try:
             sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
-            self._execute_all(sources, output)
+            self._execute_all(sources, outputs)
         except Cancelled as cancelled:
             self.last_error = cancelled
         except VtksmoothError as error:
@@ -173,23 +188,26 @@ class Filter(VTKPythonAlgorithmBase):
             self._say(f"{type(self).__name__} failed: {type(error).__name__}: {error}")
         if self.last_error is None:
             return 1
-        output.Initialize()
+        for output in outputs:
+            output.Initialize()
         self.SetAbortOutput(True)
         # "Failure" makes the executive print that a request failed. That is for those who pull on this
         # filter from downstream: an abort is none, and Update() is about to raise the exception itself.
         return int(self._will_raise or isinstance(self.last_error, Cancelled))
 
-    def _execute_all(self, sources: list[Any], output: Any) -> None:
+    def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
         if not isinstance(sources[0], vtkCompositeDataSet):
             self._share = (0.0, 1.0)
-            output.ShallowCopy(self.execute(*sources))
+            for output, result in zip(outputs, self._execute_tuple(sources), strict=True):
+                output.ShallowCopy(result)
             return
         for number, source in enumerate(sources[1:], 2):
             if not isinstance(source, vtkCompositeDataSet):
                 raise InvalidMeshError(
                     f"Input 1 is composite and input {number} is not; give both the same blocks."
                 )
-        output.CopyStructure(sources[0])
+        for output in outputs:
+            output.CopyStructure(sources[0])
         leaves = sources[0].NewIterator()
         total = done = 0
         leaves.InitTraversal()
@@ -200,18 +218,25 @@ class Filter(VTKPythonAlgorithmBase):
         while not leaves.IsDoneWithTraversal():
             self._share = (done / total, (done + 1) / total)
             blocks = [source.GetDataSet(leaves) for source in sources]
-            output.SetDataSet(leaves, self._execute_block(leaves.GetCurrentFlatIndex(), blocks))
+            results = self._execute_block(leaves.GetCurrentFlatIndex(), blocks)
+            for output, result in zip(outputs, results, strict=True):
+                output.SetDataSet(leaves, result)
             done += 1
             leaves.GoToNextItem()
 
-    def _execute_block(self, index: int, blocks: list[Any]) -> Any:
+    def _execute_tuple(self, sources: list[Any]) -> tuple[Any, ...]:
+        result = self.execute(*sources)
+        return result if isinstance(result, tuple) else (result,)
+
+    def _execute_block(self, index: int, blocks: list[Any]) -> tuple[Any, ...]:
         if not all(isinstance(block, vtkPolyData) for block in blocks):
             names = ", ".join("nothing" if block is None else _plain_class(block) for block in blocks)
             raise InvalidMeshError(f"Block {index} must be polydata, not {names}; extract its surface first.")
         if blocks[0].GetNumberOfPolys() + blocks[0].GetNumberOfStrips() == 0:
-            return blocks[0]  # pieces without faces are usual in composite data
+            # Pieces without faces are usual in composite data.
+            return (blocks[0], *(vtkPolyData() for _ in self.outputs[1:]))
         try:
-            return self.execute(*blocks)
+            return self._execute_tuple(blocks)
         except VtksmoothError as error:
             if isinstance(error, Cancelled):
                 raise

@@ -13,6 +13,9 @@ from typing import Any
 
 from ..errors import ParameterError
 
+#: Value of a parameter that the filter chooses by the mesh.
+AUTO = "auto"
+
 
 class Parameter:
     """One parameter of a filter: a descriptor that checks what it is given.
@@ -31,6 +34,8 @@ class Parameter:
         All values allowed.
     optional : bool
         Whether None is allowed; it means "off".
+    automatic : bool
+        Whether "auto" is allowed beside numbers; it means that the filter chooses by the mesh.
     type : type, optional
         int, float, bool or str.
     codes : mapping of int to str, optional
@@ -62,11 +67,13 @@ class Parameter:
         unit: str = "",
         choices: tuple[str, ...] | None = None,
         optional: bool = False,
+        automatic: bool = False,
         type: type | None = None,
         codes: Mapping[int, str] | None = None,
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
+        self.automatic = automatic
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 
@@ -108,6 +115,7 @@ class Parameter:
             words = f"{self.low:g}{unit} or more"
         else:
             words = f"a number{unit and f' ({self.unit})'}"
+        words += ", or auto" if self.automatic else ""
         return words + (", or None (off)" if self.optional else "")
 
     def check(self, value: Any) -> Any:
@@ -120,6 +128,8 @@ class Parameter:
         """
         if value is None and self.optional:
             return None
+        if self.automatic and value == AUTO:
+            return AUTO
         wrong = ParameterError(f"{self.name} must be {self.range}, not {value!r}.")
         if self.choices:
             if isinstance(value, int) and not isinstance(value, bool):

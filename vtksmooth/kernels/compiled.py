@@ -6,6 +6,8 @@ installation waits for the compiler. That wait is announced through :func:`on_co
 
 from __future__ import annotations
 
+import ast
+import functools
 import hashlib
 import logging
 import os
@@ -24,26 +26,44 @@ _log = logging.getLogger("vtksmooth")
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
 
-def _cache_folder() -> Path | None:
-    """Return the folder for machine code, or None where none can be written.
+@functools.cache
+def _imported(source: Path) -> list[Path]:
+    """Return the sources in this package that `source` imports."""
+    found = []
+    for node in ast.parse(source.read_bytes()).body:
+        if isinstance(node, ast.ImportFrom) and node.level:
+            home = source.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            found += [home.with_suffix(".py"), home / "__init__.py"]
+            found += [home / f"{name.name}.py" for name in node.names]
+    return [path for path in found if path.is_file()]
 
-    It is named after the sources: numba itself would miss that a helper in another file has changed,
-    and run old code after an update.
+
+@functools.cache
+def _cache_folder(source: Path) -> Path | None:
+    """Return the folder for the machine code of the kernels in `source`, or None where none can be written.
+
+    It is named after the content of `source` and of all that it imports: numba itself would miss that
+    a helper in another file has changed, and run old code after an update.
     """
-    package = Path(__file__).parent
-    sources = sorted(package.rglob("*.py"))
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    sources = {source}
+    waiting = [source]
+    while waiting:
+        new = set(_imported(waiting.pop())) - sources
+        sources |= new
+        waiting += new
+    content = b"".join(path.read_bytes() for path in sorted(sources))
+    name = f"{source.parent.name}.{source.stem}"
     asked = os.environ.get("NUMBA_CACHE_DIR")
-    homes = [Path(asked)] if asked else [package / "__pycache__", _user_cache()]
-    for home in homes:
-        folder = home / f"vtksmooth-{digest}"
+    package = Path(__file__).parent / "__pycache__"
+    for home in [Path(asked)] if asked else [package, _user_cache()]:
+        folder = home / f"{name}-{hashlib.sha256(content).hexdigest()[:16]}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError:
             continue
         if os.access(folder, os.W_OK | os.X_OK):
-            if home.parent == package:  # here only one version lives
-                for old in set(home.glob("vtksmooth-*")) - {folder}:
+            if home == package:  # here only one version lives
+                for old in set(home.glob(f"{name}-*")) - {folder}:
                     shutil.rmtree(old, ignore_errors=True)
             return folder
     return None
@@ -55,19 +75,17 @@ def _user_cache() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vtksmooth"
 
 
-_folder = _cache_folder()
-
-
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` on first call, and keep the machine code on disk.
 
     Where neither the package's folder nor the user's cache can be written, the kernel still works
     and is compiled again in every process.
     """
-    if _folder is None:
+    folder = _cache_folder(Path(function.__code__.co_filename))
+    if folder is None:
         return numba.njit(**_OPTIONS)(function)
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(_folder)  # read by numba while it decorates
+    numba.config.CACHE_DIR = str(folder)  # read by numba while it decorates
     try:
         return numba.njit(cache=True, **_OPTIONS)(function)
     finally:

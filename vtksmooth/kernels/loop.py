@@ -216,7 +216,9 @@ class _Run:
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
         points = mesh.points if self.order is not None else mesh.points.copy()
         k = quality.aspect_ratios(mesh, reference)
-        self.state = State(mesh, near, reference, points, pinned, float(k.min()), self._first_points)
+        self.state = State(
+            mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points
+        )
         self._pin_giants()
         if self.fixed is not None:
             mask = np.asarray(self.fixed) != 0

@@ -63,15 +63,19 @@ def ranges(n: int, size: int = 4096) -> tuple[Int64, Int64]:
     return starts, np.minimum(starts + size, n)
 
 
-def run(kernel: Callable[..., Any], starts: Int64, ends: Int64, *arguments: Any) -> list[Any]:
+def run(
+    kernel: Callable[..., Any], starts: Int64, ends: Int64, *arguments: Any, smallest_share: int | None = None
+) -> list[Any]:
     """Call ``kernel(starts, ends, *arguments)`` for shares of the ranges, on all threads.
 
     The kernel must write only to places that belong to its ranges. What the calls return comes back
-    as a list.
+    as a list. Kernels that do much for each vertex gain from threads with fewer of them: they say so by
+    `smallest_share`.
     """
+    smallest = SMALLEST_SHARE if smallest_share is None else min(smallest_share, SMALLEST_SHARE)
     threads = number_of_threads()
     total = int((ends - starts).sum())
-    if threads < 2 or len(starts) < 2 or total < 2 * SMALLEST_SHARE:
+    if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
     # Four shares a thread even out what the system takes from a core.
     bounds = np.linspace(0, len(starts), min(len(starts), 4 * threads) + 1).astype(np.int64)

@@ -31,6 +31,9 @@ class State:
         1 for vertices that must not move. Constraints add to it when they are bound.
     smallest_k : float
         Smallest aspect ratio at the start.
+    in_place : bool
+        Whether vertices move one colour class after another; otherwise all at the same time, and every
+        constraint is given all ranges at once.
     first_points : callable
         Returns where the points were at the start, (n, 3).
     """
@@ -41,6 +44,7 @@ class State:
     points: npt.NDArray[np.float64]
     pinned: npt.NDArray[np.uint8]
     smallest_k: float
+    in_place: bool
     first_points: Callable[[], npt.NDArray[np.float64]]
 
     @cached_property

@@ -17,6 +17,9 @@ from . import Float64, Int64, Scheme
 #: taken: on regular meshes rounding would otherwise choose, differently in each pose.
 EQUAL_COSINES = 1e-12
 
+#: A vertex takes the fused sweep some 300 ns: a millisecond is worth a thread.
+_SMALLEST_SHARE = 4_000
+
 
 @device
 def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, partner):  # type: ignore[no-untyped-def]
@@ -255,5 +258,6 @@ class TrapeziumDrawing(Scheme):
         moved = parallel.run(
             _sweep, starts, ends,
             state.points, near, *kept, state.reference, state.pinned, state.widest_star, margin, floor,
+            smallest_share=_SMALLEST_SHARE,
         )  # fmt: skip
         return sum(moved)
