@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from . import parallel
 from .compiled import kernel
 from .mesh import LARGEST_POLYGON, Mesh
 
@@ -63,27 +64,44 @@ class Adjacency(NamedTuple):
 
 
 @kernel
-def _sort_corners(offsets, connectivity, rows, corners, corner_face, after, before):  # type: ignore[no-untyped-def]
-    n = rows.size - 1
-    for c in range(connectivity.size):
-        rows[connectivity[c] + 1] += 1
+def _count_corners(starts, ends, offsets, connectivity, size, fill):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        share = starts[part] // size
+        for c in range(offsets[starts[part]], offsets[ends[part]]):
+            fill[share, connectivity[c]] += 1
+
+
+@kernel
+def _start_rows(fill, rows):  # type: ignore[no-untyped-def]
+    # Counts become the places where each share of the faces starts to fill each row.
+    shares, n = fill.shape
+    total = 0
     for v in range(n):
-        rows[v + 1] += rows[v]
-    for f in range(offsets.size - 1):
-        a = offsets[f]
-        b = offsets[f + 1]
-        for c in range(a, b):
-            v = connectivity[c]
-            i = rows[v]
-            rows[v] = i + 1
-            corners[i] = c
-            corner_face[c] = f
-            after[i] = connectivity[c + 1] if c + 1 < b else connectivity[a]
-            before[i] = connectivity[c - 1] if c > a else connectivity[b - 1]
-    # Filling has moved every row's start to its end: shift back.
-    for v in range(n, 0, -1):
-        rows[v] = rows[v - 1]
-    rows[0] = 0
+        rows[v] = total
+        for share in range(shares):
+            count = fill[share, v]
+            fill[share, v] = total
+            total += count
+    rows[n] = total
+
+
+@kernel
+def _sort_corners(  # type: ignore[no-untyped-def]
+    starts, ends, offsets, connectivity, size, fill, corners, corner_face, after, before
+):
+    for part in range(starts.size):
+        share = starts[part] // size
+        for f in range(starts[part], ends[part]):
+            a = offsets[f]
+            b = offsets[f + 1]
+            for c in range(a, b):
+                v = connectivity[c]
+                i = fill[share, v]
+                fill[share, v] = i + 1
+                corners[i] = c
+                corner_face[c] = f
+                after[i] = connectivity[c + 1] if c + 1 < b else connectivity[a]
+                before[i] = connectivity[c - 1] if c > a else connectivity[b - 1]
 
 
 def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
@@ -98,10 +116,47 @@ def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
         gathered while the face is at hand, so that building the rings reads memory in order even
         when the file's order is random.
     """
-    rows = np.zeros(mesh.n_points + 1, np.int32)
+    rows = np.empty(mesh.n_points + 1, np.int32)
     corners, corner_face, after, before = (np.empty(len(mesh.connectivity), np.int32) for _ in range(4))
-    _sort_corners(mesh.offsets, mesh.connectivity, rows, corners, corner_face, after, before)
+    # Each thread sorts a share of the faces; a share costs a count for every vertex.
+    shares = min(parallel.number_of_threads(), 4)
+    size = max(1, -(-mesh.n_faces // shares))
+    faces = parallel.ranges(mesh.n_faces, size)
+    fill = np.zeros((len(faces[0]), mesh.n_points), np.int32)
+    parallel.run(_count_corners, *faces, mesh.offsets, mesh.connectivity, size, fill)
+    _start_rows(fill, rows)
+    parallel.run(
+        _sort_corners, *faces,
+        mesh.offsets, mesh.connectivity, size, fill, corners, corner_face, after, before,
+    )  # fmt: skip
     return rows, corners, corner_face, after, before
+
+
+@kernel
+def _find_regular(starts, ends, rows, after, before, border):  # type: ignore[no-untyped-def]
+    # The usual vertex: every neighbour follows v in one face and precedes it in another. Small rings are
+    # checked by comparing all with all, which stays in registers.
+    others = 0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            first = rows[v]
+            size = rows[v + 1] - first
+            regular = 3 <= size <= 16
+            if regular:
+                pairs = 0
+                found = 0
+                for i in range(first, first + size):
+                    w = after[i]
+                    regular = regular and w != v and before[i] != w
+                    for j in range(size):
+                        same = before[first + j] == w
+                        pairs += same
+                        found |= same << j
+                # As many pairs as neighbours, and every one that precedes among them: one to one.
+                regular = regular and pairs == size and found == (1 << size) - 1
+            border[v] = 0 if regular else 2
+            others += not regular
+    return others
 
 
 @kernel
@@ -113,27 +168,14 @@ def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring,
     for v in range(n):
         first = rows[v]
         row = rows[v + 1] - first
-        start = k
-        if row == 0:
-            border[v] = 3
-        # The usual vertex: every neighbour follows v in one face and precedes it in another. Small rings
-        # are checked by comparing all with all, which stays in registers.
-        regular = 3 <= row <= 16
-        if regular:
-            for i in range(first, first + row):
-                w = after[i]
-                times = 0
-                matches = 0
-                for j in range(first, first + row):
-                    times += after[j] == w
-                    matches += before[j] == w
-                regular = regular and times == 1 and matches == 1 and w != v and before[i] != w
-                ring[k + i - first] = w
-        if regular:
+        if border[v] == 0:
+            ring[k : k + row] = after[first : first + row]
             k += row
             ring_offsets[v + 1] = k
             continue
-        # Every other vertex: count how often a neighbour follows v (low half) and precedes it (high half).
+        start = k
+        border[v] = 3 if row == 0 else 0
+        # Count how often a neighbour follows v (low half) and precedes it (high half).
         if 2 * row > seen.size:
             seen = np.empty(2 * row, np.int32)
         odd = False
@@ -172,10 +214,12 @@ def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring,
 def one_rings(rows: Int32, after: Int32, before: Int32) -> tuple[Int32, Int32, npt.NDArray[np.uint8], Int32]:
     """Return ring_offsets, ring, border, border_ring from what :func:`vertex_corners` gathered."""
     n = len(rows) - 1
+    border = np.empty(n, np.uint8)
+    border_ring = np.full((n, 2), -1, np.int32)
+    if not sum(parallel.run(_find_regular, *parallel.ranges(n), rows, after, before, border)):
+        return rows, after, border, border_ring  # what follows a vertex in its faces *is* its ring
     ring_offsets = np.empty(n + 1, np.int32)
     ring = np.empty(2 * len(after), np.int32)  # the most there can be; what is not written costs no memory
-    border = np.zeros(n, np.uint8)
-    border_ring = np.full((n, 2), -1, np.int32)
     size = _collect_rings(
         rows, after, before, ring_offsets, ring, border, border_ring, np.full(n, -1, np.int32)
     )
