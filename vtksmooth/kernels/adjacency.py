@@ -121,7 +121,7 @@ def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
     # Each thread sorts a share of the faces; a share costs a count for every vertex.
     shares = min(parallel.number_of_threads(), 4)
     size = max(1, -(-mesh.n_faces // shares))
-    faces = parallel.ranges(mesh.n_faces, size)
+    faces = parallel.ranges(mesh.n_faces, size=size)
     fill = np.zeros((len(faces[0]), mesh.n_points), np.int32)
     parallel.run(_count_corners, *faces, mesh.offsets, mesh.connectivity, size, fill)
     _start_rows(fill, rows)
