@@ -149,6 +149,21 @@ def corner_angles(mesh):
     return np.array(angles)
 
 
+def metric_tensors(mesh, weight):
+    """A and b of every vertex, by Jiao's definition."""
+    tensors, sums = np.zeros((mesh.n_points, 3, 3)), np.zeros((mesh.n_points, 3))
+    angles = iter(np.radians(corner_angles(mesh)))
+    for face, area in zip(lists(mesh), area_vectors(mesh), strict=True):
+        size = np.linalg.norm(area)
+        normal = area / size if size > 0 else area
+        for p in face:
+            angle = next(angles)
+            w = angle if weight == "angle" else size
+            tensors[p] += w * np.outer(normal, normal)
+            sums[p] += w * normal
+    return tensors, sums
+
+
 def volume(mesh):
     """Tetrahedra from the middle; quadrilaterals as the mean of both ways to cut them."""
     points = mesh.points - mesh.points[np.unique(mesh.connectivity)].mean(axis=0)

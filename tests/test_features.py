@@ -1,0 +1,140 @@
+"""Feature detection, on shapes whose features are known."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import meshes
+import numpy as np
+import pytest
+
+from vtksmooth.errors import ParameterError
+from vtksmooth.kernels import adjacency, features
+from vtksmooth.kernels.features import CORNER, RIDGE, SMOOTH
+from vtksmooth.kernels.mesh import Mesh
+
+
+def detect(mesh, **settings):
+    return features.detect(mesh, adjacency.build(mesh), **settings)
+
+
+def on_cube(mesh, side):
+    """The classes of the points on a cube: by how many of its planes they lie on."""
+    return ((mesh.points == 0) | (mesh.points == side)).sum(axis=1) - 1
+
+
+def roof(angle, n=6):
+    """Two square sheets of triangles that meet in a ridge where normals turn by `angle` degrees."""
+    turn = np.radians(angle)
+    sheet = meshes.sheet(2 * n, n)
+    x, y, _ = sheet.points.T
+    over = np.maximum(x - n, 0.0)
+    points = np.column_stack([np.minimum(x, n) + over * np.cos(turn), y, -over * np.sin(turn)])
+    return sheet.with_points(points), x == n
+
+
+@pytest.mark.parametrize("weight", ["area", "angle"])
+@pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize("side", [1, 2, 5])
+def test_cube(side, triangles, weight):
+    mesh = meshes.cube(side, triangles)
+    found = detect(mesh, weight=weight)
+    np.testing.assert_array_equal(found.classes, on_cube(mesh, side))
+    assert len(found.ridge_edges) == 12 * side
+    assert (found.ridge_edges[:, 0] < found.ridge_edges[:, 1]).all()
+    lines = features.polylines(found)
+    assert len(lines) == 12
+    assert all(len(line) == side + 1 for line in lines)
+    ends = np.array([line[[0, -1]] for line in lines])
+    assert (found.classes[ends] == CORNER).all()
+
+
+def test_sphere_is_smooth():
+    found = detect(meshes.icosphere(3))
+    assert not found.classes.any()
+    assert not len(found.ridge_edges)
+    assert (found.ridge_ring == -1).all()
+    assert features.polylines(found) == []
+
+
+def test_sheet_has_its_boundary_and_its_corners():
+    mesh = meshes.sheet(5, 4, bump=0.3)
+    found = detect(mesh)
+    x, y, _ = mesh.points.T
+    boundary = (x == 0).astype(int) + (x == 5) + (y == 0) + (y == 4)
+    np.testing.assert_array_equal(found.classes, boundary)
+    assert len(features.polylines(found)) == 4
+
+
+@pytest.mark.parametrize("angle", [25, 60, 90, 150])
+def test_roof(angle):
+    mesh, on_ridge = roof(angle)
+    found = detect(mesh)
+    border = adjacency.build(mesh).border == adjacency.BORDER
+    np.testing.assert_array_equal(found.classes > 0, on_ridge | border)
+    inner = on_ridge & ~border
+    assert (found.classes[inner] == RIDGE).all()
+    # Where the ridge meets the boundary three ridge edges meet.
+    assert (found.classes[on_ridge & border] == CORNER).all()
+    np.testing.assert_allclose(
+        mesh.points[found.ridge_ring[inner]].mean(axis=1), mesh.points[inner], atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(("threshold", "there"), [(44.0, True), (46.0, False)])
+def test_ridge_angle_decides(threshold, there):
+    mesh, on_ridge = roof(45)
+    inner = on_ridge & (adjacency.build(mesh).border == adjacency.INTERIOR)
+    assert (detect(mesh, ridge_angle=threshold).classes[inner] == (RIDGE if there else SMOOTH)).all()
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e6])
+@pytest.mark.parametrize("name", meshes.USUAL)
+def test_scale_and_pose_do_not_matter(name, size):
+    mesh = meshes.USUAL[name]()
+    turn, _ = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))
+    other = mesh.with_points(size * (mesh.points @ (turn * np.linalg.det(turn)).T))
+    found, again = detect(mesh), detect(other)
+    np.testing.assert_array_equal(found.classes, again.classes)
+    np.testing.assert_array_equal(found.ridge_edges, again.ridge_edges)
+
+
+def test_closed_line():
+    mesh = meshes.torus(24, 4, "quads")  # a square section: four sharp rings
+    lines = features.polylines(detect(mesh))
+    assert len(lines) == 4
+    assert all(line[0] == line[-1] and len(line) == 25 for line in lines)
+
+
+def test_non_manifold_edges_are_ridges():
+    mesh = meshes.non_manifold_edge()
+    found = detect(mesh)
+    shared = np.flatnonzero((mesh.points[:, 0] == 0) & (mesh.points[:, 2] == 0))
+    assert (found.classes[shared] > 0).all()
+    edges = {tuple(edge) for edge in found.ridge_edges.tolist()}
+    inner = sorted(shared, key=lambda p: mesh.points[p, 1])
+    assert all((min(p, q), max(p, q)) in edges for p, q in pairwise(inner))
+
+
+@pytest.mark.parametrize("name", meshes.HOSTILE)
+def test_hostile_meshes(name):
+    mesh = meshes.HOSTILE[name]()
+    found = detect(mesh)
+    near = adjacency.build(mesh)
+    assert (found.classes[near.border == adjacency.ISOLATED] == SMOOTH).all()
+    assert (found.ridge_ring[found.classes != RIDGE] == -1).all()
+    assert (found.classes[found.ridge_edges] > 0).all()
+    joined = features.polylines(found)
+    assert sum(len(line) - 1 for line in joined) == len(found.ridge_edges)
+
+
+@pytest.mark.parametrize("settings", [{"ridge_angle": 0.0}, {"corner_angle": 180.0}, {"ridge_angle": "much"}])
+def test_thresholds_out_of_range(settings):
+    with pytest.raises(ParameterError, match="between 0 and 180"):
+        detect(meshes.cube(), **settings)
+
+
+def test_single_triangle():
+    found = detect(Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+    assert (found.classes == CORNER).all()
+    assert len(features.polylines(found)) == 3

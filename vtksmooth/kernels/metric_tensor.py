@@ -1,0 +1,312 @@
+"""The metric tensor of a vertex and its eigen-analysis (Jiao, section 2.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parallel
+from .adjacency import Adjacency
+from .compiled import device, kernel
+from .mesh import LARGEST_POLYGON, Mesh
+
+Float64 = npt.NDArray[np.float64]
+
+#: What weighs a face in the tensor: its area, or its angle at the vertex.
+WEIGHTS = ("area", "angle")
+
+
+@device
+def corner_of_face(points, near, row, with_angle):  # type: ignore[no-untyped-def]
+    """Return what a face is at one of its corners, `row` being a position in ``near.corners``.
+
+    Returns
+    -------
+    n0, n1, n2 : float64
+        Unit normal of the face's area vector; zero where it has no area. Of a giant some corners, evenly
+        spread, stand for all.
+    area, angle : float64
+        Area of the face, and its angle at the corner in radians (0 if not `with_angle`).
+    """
+    c = near.corners[row]
+    f = near.corner_face[c]
+    last = near.offsets[f + 1]
+    size = last - near.offsets[f]
+    v = near.connectivity[c]
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    p = near.connectivity[c + 1 if c + 1 < last else c + 1 - size]
+    # The fan's first spoke u and its last one, in the end a.
+    ux = points[p, 0] - x
+    uy = points[p, 1] - y
+    uz = points[p, 2] - z
+    ax = ux
+    ay = uy
+    az = uz
+    nx = 0.0
+    ny = 0.0
+    nz = 0.0
+    stride = 1 if size <= LARGEST_POLYGON else size // LARGEST_POLYGON
+    step = 1
+    while step < size - 1:
+        step = min(step + stride, size - 1)
+        q = near.connectivity[c + step if c + step < last else c + step - size]
+        bx = points[q, 0] - x
+        by = points[q, 1] - y
+        bz = points[q, 2] - z
+        nx += ay * bz - az * by
+        ny += az * bx - ax * bz
+        nz += ax * by - ay * bx
+        ax = bx
+        ay = by
+        az = bz
+    # By the largest component first: squares of areas would leave the range of float64.
+    largest = max(abs(nx), abs(ny), abs(nz))
+    if largest == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    nx /= largest
+    ny /= largest
+    nz /= largest
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    nx /= length
+    ny /= length
+    nz /= length
+    angle = 0.0
+    if with_angle:
+        sx = (uy * az - uz * ay) / largest
+        sy = (uz * ax - ux * az) / largest
+        sz = (ux * ay - uy * ax) / largest
+        sine = largest * np.sqrt(sx * sx + sy * sy + sz * sz)
+        angle = np.arctan2(sine, ux * ax + uy * ay + uz * az)
+        if nx * sx + ny * sy + nz * sz < 0.0:  # a reflex corner
+            angle = 2.0 * np.pi - angle
+    return nx, ny, nz, 0.5 * largest * length, angle
+
+
+@device
+def metric_tensor(points, near, v, weight):  # type: ignore[no-untyped-def]
+    """Return A = sum of w n n^T and b = sum of w n over the faces round v; 2.1.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    near : Adjacency
+    v : int
+    weight : int
+        0: w is the area of the face, 1: its angle at v (better on badly graded meshes). A polygon counts
+        by its area vector.
+
+    Returns
+    -------
+    a00, a01, a02, a11, a12, a22, b0, b1, b2 : float64
+        The upper half of A, and b. Zeros where no face round v has an area.
+    """
+    a00 = 0.0
+    a01 = 0.0
+    a02 = 0.0
+    a11 = 0.0
+    a12 = 0.0
+    a22 = 0.0
+    b0 = 0.0
+    b1 = 0.0
+    b2 = 0.0
+    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        n0, n1, n2, area, angle = corner_of_face(points, near, row, weight == 1)
+        w = area if weight == 0 else angle
+        a00 += w * n0 * n0
+        a01 += w * n0 * n1
+        a02 += w * n0 * n2
+        a11 += w * n1 * n1
+        a12 += w * n1 * n2
+        a22 += w * n2 * n2
+        b0 += w * n0
+        b1 += w * n1
+        b2 += w * n2
+    return a00, a01, a02, a11, a12, a22, b0, b1, b2
+
+
+@device
+def _isolated_vector(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
+    # The null vector of a symmetric matrix of rank 2: the longest cross product of two of its rows.
+    x0 = a01 * a12 - a02 * a11
+    y0 = a02 * a01 - a00 * a12
+    z0 = a00 * a11 - a01 * a01
+    x1 = a01 * a22 - a02 * a12
+    y1 = a02 * a02 - a00 * a22
+    z1 = a00 * a12 - a01 * a02
+    x2 = a11 * a22 - a12 * a12
+    y2 = a12 * a02 - a01 * a22
+    z2 = a01 * a12 - a11 * a02
+    s0 = x0 * x0 + y0 * y0 + z0 * z0
+    s1 = x1 * x1 + y1 * y1 + z1 * z1
+    s2 = x2 * x2 + y2 * y2 + z2 * z2
+    if s0 >= s1 and s0 >= s2:
+        s = 1.0 / np.sqrt(s0)
+        return x0 * s, y0 * s, z0 * s
+    if s1 >= s2:
+        s = 1.0 / np.sqrt(s1)
+        return x1 * s, y1 * s, z1 * s
+    s = 1.0 / np.sqrt(s2)
+    return x2 * s, y2 * s, z2 * s
+
+
+@device
+def eigen(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
+    """Return the eigenvalues, largest first, and unit eigenvectors of a symmetric 3x3 matrix.
+
+    In closed form. The eigenvalue that lies apart from the other two is taken from the cubic's
+    trigonometric solution, where it is exact to rounding; its vector from a cross product; the other
+    two, which may be equal, from the 2x2 matrix that is left in the plane across. So repeated
+    eigenvalues cost no digits, and the vectors are always orthonormal and right-handed.
+
+    Returns
+    -------
+    l1, l2, l3 : float64
+    e10, e11, e12, e20, e21, e22, e30, e31, e32 : float64
+    """
+    largest = max(abs(a00), abs(a01), abs(a02), abs(a11), abs(a12), abs(a22))
+    if largest == 0.0:
+        return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+    a00 /= largest
+    a01 /= largest
+    a02 /= largest
+    a11 /= largest
+    a12 /= largest
+    a22 /= largest
+    mean = (a00 + a11 + a22) / 3.0
+    d0 = a00 - mean
+    d1 = a11 - mean
+    d2 = a22 - mean
+    p = np.sqrt((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12)) / 6.0)
+    if p <= 1e-150:
+        l1 = mean * largest
+        return l1, l1, l1, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
+    # B = (A - mean) / p has the eigenvalues 2 cos(angle + 2 pi i / 3) with cos(3 angle) = det(B) / 2.
+    c0 = d0 / p
+    c1 = d1 / p
+    c2 = d2 / p
+    c01 = a01 / p
+    c02 = a02 / p
+    c12 = a12 / p
+    half = 0.5 * (c0 * (c1 * c2 - c12 * c12) - c01 * (c01 * c2 - c12 * c02) + c02 * (c01 * c12 - c1 * c02))
+    highest = half >= 0.0
+    root = 2.0 * np.cos(np.arccos(min(1.0, abs(half))) / 3.0)
+    if not highest:
+        root = -root
+    ux, uy, uz = _isolated_vector(c0 - root, c01, c02, c1 - root, c12, c2 - root)
+    # A plane across it, spanned by v and w.
+    if abs(ux) > abs(uy):
+        s = 1.0 / np.sqrt(ux * ux + uz * uz)
+        vx = -uz * s
+        vy = 0.0
+        vz = ux * s
+    else:
+        s = 1.0 / np.sqrt(uy * uy + uz * uz)
+        vx = 0.0
+        vy = uz * s
+        vz = -uy * s
+    wx = uy * vz - uz * vy
+    wy = uz * vx - ux * vz
+    wz = ux * vy - uy * vx
+    tx = a00 * vx + a01 * vy + a02 * vz
+    ty = a01 * vx + a11 * vy + a12 * vz
+    tz = a02 * vx + a12 * vy + a22 * vz
+    vv = vx * tx + vy * ty + vz * tz
+    vw = wx * tx + wy * ty + wz * tz
+    tx = a00 * wx + a01 * wy + a02 * wz
+    ty = a01 * wx + a11 * wy + a12 * wz
+    tz = a02 * wx + a12 * wy + a22 * wz
+    ww = wx * tx + wy * ty + wz * tz
+    tx = a00 * ux + a01 * uy + a02 * uz
+    ty = a01 * ux + a11 * uy + a12 * uz
+    tz = a02 * ux + a12 * uy + a22 * uz
+    alone = ux * tx + uy * ty + uz * tz
+    # One Jacobi rotation makes the 2x2 matrix diagonal.
+    t = 0.0
+    if vw != 0.0:
+        ratio = (ww - vv) / (2.0 * vw)
+        t = 1.0 / (abs(ratio) + np.sqrt(ratio * ratio + 1.0))
+        if ratio < 0.0:
+            t = -t
+    cos = 1.0 / np.sqrt(t * t + 1.0)
+    sin = t * cos
+    px = cos * vx - sin * wx
+    py = cos * vy - sin * wy
+    pz = cos * vz - sin * wz
+    high = vv - t * vw
+    qx = sin * vx + cos * wx
+    qy = sin * vy + cos * wy
+    qz = sin * vz + cos * wz
+    low = ww + t * vw
+    if high < low:
+        high, low = low, high
+        # Turned by a quarter, so that they stay right-handed.
+        px, py, pz, qx, qy, qz = qx, qy, qz, -px, -py, -pz
+    high *= largest
+    low *= largest
+    alone *= largest
+    if highest:
+        return max(alone, high), high, low, ux, uy, uz, px, py, pz, qx, qy, qz
+    return high, low, min(alone, low), px, py, pz, qx, qy, qz, ux, uy, uz
+
+
+@kernel
+def _eigen_systems(starts, ends, points, near, weight, values, vectors, sums):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, v, weight)
+            l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
+            if x1 * b0 + y1 * b1 + z1 * b2 < 0.0:
+                x1, y1, z1, x2, y2, z2 = -x1, -y1, -z1, -x2, -y2, -z2
+            values[v, 0] = l1
+            values[v, 1] = l2
+            values[v, 2] = l3
+            vectors[v, 0, 0] = x1
+            vectors[v, 0, 1] = y1
+            vectors[v, 0, 2] = z1
+            vectors[v, 1, 0] = x2
+            vectors[v, 1, 1] = y2
+            vectors[v, 1, 2] = z2
+            vectors[v, 2, 0] = x3
+            vectors[v, 2, 1] = y3
+            vectors[v, 2, 2] = z3
+            sums[v, 0] = b0
+            sums[v, 1] = b1
+            sums[v, 2] = b2
+
+
+def eigen_systems(mesh: Mesh, near: Adjacency, weight: str = "area") -> tuple[Float64, Float64, Float64]:
+    """Return the eigenvalues and eigenvectors of every vertex' metric tensor.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    near : Adjacency
+    weight : {"area", "angle"}
+
+    Returns
+    -------
+    values : (n, 3) float64
+        Largest first; zeros where no face round the vertex has an area.
+    vectors : (n, 3, 3) float64
+        ``vectors[v, i]`` is the unit eigenvector of ``values[v, i]``; the three are right-handed and the
+        first points to the side of b.
+    sums : (n, 3) float64
+        b, the weighted sum of the normals.
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels import adjacency
+    >>> square = Mesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> values, vectors, _ = eigen_systems(square, adjacency.build(square))
+    >>> values[0].tolist(), vectors[0, 0].tolist()
+    ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    """
+    n = mesh.n_points
+    values, vectors, sums = np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3))
+    parallel.run(
+        _eigen_systems, *parallel.ranges(n),
+        mesh.points, near, WEIGHTS.index(weight), values, vectors, sums,
+    )  # fmt: skip
+    return values, vectors, sums
