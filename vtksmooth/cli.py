@@ -39,7 +39,6 @@ COMMANDS = {
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "warm-up": "compile all kernels now, so that no later run waits",
 }
-_SMOOTHING = ("trapezium-drawing", "laplacian", "angle-based", "back-to-surface")
 
 #: What does not stop within this time when asked to (VTK's readers, the compiler) is left, seconds.
 _GRACE = 0.3
@@ -91,19 +90,10 @@ def _add_arguments(parser: _Parser, command: str) -> None:
             "--output", type=Path, metavar="DIR", default=Path("demo-output"),
             help="folder for the results (default: %(default)s)",
         )  # fmt: skip
-    elif command == "quality":
-        parser.add_argument("mesh", type=Path, metavar="MESH", help="file to measure")
-    elif command == "compare":
-        parser.add_argument("original", type=Path, metavar="ORIGINAL", help="file from before smoothing")
-        parser.add_argument("result", type=Path, metavar="RESULT", help="file from after smoothing")
-    elif command in _SMOOTHING:
-        parser.add_argument("input", type=Path, metavar="IN", help="file to read")
-        parser.add_argument(
-            "output", type=Path, metavar="OUT", help="file to write; its extension is the format"
-        )
-    if command in _filters():
+    elif command in _filters():
         cls = _filters()[command]
         parser.description = (cls.__doc__ or "").split("\n\n")[0]
+        _add_files(parser, cls)
         group = parser.add_argument_group("parameters")
         for parameter in cls.parameters().values():
             _add_option(group, parameter)
@@ -115,6 +105,23 @@ def _add_arguments(parser: _Parser, command: str) -> None:
     general.add_argument(
         "--threads", type=_threads, metavar="N", default=0, help="threads to use (default: 0, all)"
     )
+
+
+def _add_files(parser: _Parser, cls: type[Filter]) -> None:
+    """Add the files a filter reads and writes."""
+    for name in cls.arguments or cls.inputs:
+        parser.add_argument(
+            name, type=Path, help="file to read" if len(cls.inputs) == 1 else f"file of the {name}",
+            metavar="IN" if name == "mesh" and not cls.measures else name.upper(),
+        )  # fmt: skip
+    if not cls.measures:
+        parser.add_argument(
+            "output", type=Path, metavar="OUT", help="file to write; its extension is the format"
+        )
+        for name in cls.outputs[1:]:
+            parser.add_argument(
+                f"--{name}", type=Path, metavar="FILE", help=f"file to write the {name} to as well"
+            )
 
 
 def _filters() -> dict[str, type[Filter]]:
@@ -310,7 +317,7 @@ class _Run:
             "quality": self.quality,
             "compare": self.compare,
             "warm-up": self.warm_up,
-        }.get(command, self.smooth)
+        }.get(command, self.filter)
         # The demo announces its kernels itself.
         with nullcontext() if command == "demo" else on_compile(self.talk.compiling):
             try:
@@ -341,21 +348,29 @@ class _Run:
         _print_table([(self.options.original.name, before), (self.options.result.name, summary)])
         _print_changes(summary)
 
-    def smooth(self) -> None:
+    def filter(self) -> None:
         from .files import check_writable, write_surface
 
-        check_writable(self.options.output)
-        cls = _filters()[self.options.command]
-        algorithm: Any = cls(**{name: getattr(self.options, name) for name in cls.parameters()})
-        algorithm, output = self._filtered(algorithm, self._read(self.options.input))
+        options, cls = self.options, _filters()[self.options.command]
+        paths = (
+            [] if cls.measures else [options.output, *(getattr(options, name) for name in cls.outputs[1:])]
+        )
+        targets = {port: path for port, path in enumerate(paths) if path is not None}
+        for path in targets.values():
+            check_writable(path)
+        algorithm: Any = cls(**{name: getattr(options, name) for name in cls.parameters()})
+        self._filtered(algorithm, *(self._read(getattr(options, name)) for name in cls.inputs))
         self.interruption.check()
-        notes = write_surface(output, self.options.output)
-        self.interruption.committed = True
-        for note in notes:
-            self.talk.note(note)
-        if not self._json(asdict(algorithm.report)) and not self.options.quiet:
+        for port, path in targets.items():
+            notes = write_surface(algorithm.GetOutput(port), path)
+            self.interruption.committed = True
+            for note in notes:
+                self.talk.note(note)
+        report = getattr(algorithm, "report", None)
+        summary = getattr(algorithm, "summary", {}) if report is None else asdict(report)
+        if not self._json(summary) and not self.options.quiet:
             self.talk.clear()
-            print(algorithm.report)
+            print(_lines(summary) if report is None else report)
 
     def warm_up(self) -> None:
         from . import warm_up
@@ -412,6 +427,18 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _lines(summary: dict[str, Any], indent: str = "") -> str:
+    """Return a summary as one line for each figure."""
+    return "\n".join(
+        f"{indent}{name.replace('_', ' ')}:\n{_lines(value, indent + '  ')}"
+        if isinstance(value, dict)
+        else f"{indent}{name.replace('_', ' ')}: {value:.6g}"
+        if isinstance(value, float)
+        else f"{indent}{name.replace('_', ' ')}: {value}"
+        for name, value in summary.items()
+    )
 
 
 def _print_table(rows: Sequence[tuple[str, dict[str, Any]]]) -> None:

@@ -38,6 +38,10 @@ class Filter(VTKPythonAlgorithmBase):
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
     #: Names of the outputs.
     outputs: ClassVar[tuple[str, ...]] = ("mesh",)
+    #: Whether the filter only measures: then the command line prints `summary` and writes no mesh.
+    measures: ClassVar[bool] = False
+    #: Names of the inputs in the command line's order, where that is another one.
+    arguments: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)

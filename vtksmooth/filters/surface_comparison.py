@@ -47,6 +47,8 @@ class SurfaceComparison(Filter):
 
     command = "compare"
     inputs = ("result", "original")
+    arguments = ("original", "result")
+    measures = True
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__(**parameters)

@@ -76,6 +76,7 @@ class SurfaceQuality(Filter):
     """
 
     command = "quality"
+    measures = True
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__(**parameters)
