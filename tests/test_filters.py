@@ -392,8 +392,15 @@ def test_comparison_of_composites() -> None:
     original = blocks(plane(seed=4), plane(seed=5))
     result = SurfaceComparison()(LaplacianSmoothing()(original), original)
     assert result.GetBlock(1).GetPointData().GetArray("Deviation").GetNumberOfTuples() == 81
-    with pytest.raises(InvalidMeshError, match="composite"):
-        SurfaceComparison()(original, plane())
+    with pytest.raises(InvalidMeshError, match="Input 2 is composite"):
+        SurfaceComparison()(plane(), original)
+
+
+def test_a_second_input_that_is_no_composite_belongs_to_every_block() -> None:
+    result = SurfaceComparison()(blocks(plane(seed=4), vtkPolyData(), plane(seed=5)), plane(seed=6))
+    for block, seed in ((0, 4), (2, 5)):
+        found = vtk_to_numpy(result.GetBlock(block).GetPointData().GetArray("Displacement"))
+        np.testing.assert_array_equal(found, points_of(plane(seed=seed)) - points_of(plane(seed=6)))
 
 
 # -- measures ------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         SurfaceComparison,
         SurfaceQuality,
         TrapeziumDrawing,
+        ValenceTriangulation,
     )
     from .kernels.parallel import number_of_threads, set_number_of_threads
 
@@ -40,6 +41,7 @@ __all__ = [
     "SurfaceComparison",
     "SurfaceQuality",
     "TrapeziumDrawing",
+    "ValenceTriangulation",
     "VtksmoothError",
     "number_of_threads",
     "set_number_of_threads",

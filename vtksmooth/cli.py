@@ -37,6 +37,7 @@ COMMANDS = {
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
     "angle-based": "smooth by turning spokes onto bisectors",
     "back-to-surface": "smart Laplacian that stays on the original surface",
+    "triangulate": "split polygons into triangles with vertex valences near six",
     "warm-up": "compile all kernels now, so that no later run waits",
 }
 

@@ -11,6 +11,7 @@ from .smoothing import SmoothingFilter
 from .surface_comparison import SurfaceComparison
 from .surface_quality import SurfaceQuality
 from .trapezium_drawing import TrapeziumDrawing
+from .valence_triangulation import ValenceTriangulation
 
 #: All filters, in the order of the documentation.
 FILTERS: tuple[type[Filter], ...] = (
@@ -20,6 +21,7 @@ FILTERS: tuple[type[Filter], ...] = (
     LaplacianSmoothing,
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
+    ValenceTriangulation,
 )
 
 __all__ = [
@@ -33,4 +35,5 @@ __all__ = [
     "SurfaceComparison",
     "SurfaceQuality",
     "TrapeziumDrawing",
+    "ValenceTriangulation",
 ]

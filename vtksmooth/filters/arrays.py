@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..errors import InvalidMeshError
 from ..kernels.mesh import Mesh
@@ -115,6 +116,16 @@ def vtk_points(points: npt.NDArray[Any]) -> Any:
     result = vtkPoints()
     result.SetData(numpy_to_vtk(np.ascontiguousarray(points)))
     return result
+
+
+def vtk_triangles(triangles: Int) -> Any:
+    """Return a vtkCellArray of (t, 3) `triangles`."""
+    cells = vtkCellArray()
+    offsets = np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int64)
+    corners = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
+    # An array of VTK's own type for indices: others are kept as "generic" storage, which is slow.
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets), numpy_to_vtkIdTypeArray(corners))
+    return cells
 
 
 def point_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:

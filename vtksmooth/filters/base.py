@@ -202,14 +202,14 @@ class Filter(VTKPythonAlgorithmBase):
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
         if not isinstance(sources[0], vtkCompositeDataSet):
             self._share = (0.0, 1.0)
+            for number, source in enumerate(sources[1:], 2):
+                if isinstance(source, vtkCompositeDataSet):
+                    raise InvalidMeshError(
+                        f"Input {number} is composite and input 1 is not; merge its blocks into one polydata."
+                    )
             for output, result in zip(outputs, self._execute_tuple(sources), strict=True):
                 output.ShallowCopy(result)
             return
-        for number, source in enumerate(sources[1:], 2):
-            if not isinstance(source, vtkCompositeDataSet):
-                raise InvalidMeshError(
-                    f"Input 1 is composite and input {number} is not; give both the same blocks."
-                )
         for output in outputs:
             output.CopyStructure(sources[0])
         leaves = sources[0].NewIterator()
@@ -221,7 +221,11 @@ class Filter(VTKPythonAlgorithmBase):
         leaves.InitTraversal()
         while not leaves.IsDoneWithTraversal():
             self._share = (done / total, (done + 1) / total)
-            blocks = [source.GetDataSet(leaves) for source in sources]
+            # A second input that is no composite belongs to every block.
+            blocks = [
+                source.GetDataSet(leaves) if isinstance(source, vtkCompositeDataSet) else source
+                for source in sources
+            ]
             results = self._execute_block(leaves.GetCurrentFlatIndex(), blocks)
             for output, result in zip(outputs, results, strict=True):
                 output.SetDataSet(leaves, result)
