@@ -1,4 +1,4 @@
-"""Imports run one way: kernels <- filters <- accessor and files <- demo and cli."""
+"""Imports run one way: kernels <- filters <- accessor, files and recipe <- demo and cli."""
 
 import ast
 import graphlib
@@ -23,7 +23,7 @@ FOREIGN = [
     {"numpy", "vtkmodules", "pyvista"},
     {"numpy", "vtkmodules", "pyvista", "matplotlib"},
 ]
-LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3}
+LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3, "recipe": 3}
 TOP = len(FOREIGN) - 1
 
 

@@ -9,7 +9,7 @@ import importlib
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from .errors import Cancelled, InvalidMeshError, MeshFileError, ParameterError, VtksmoothError
+from .errors import Cancelled, InvalidMeshError, MeshFileError, ParameterError, RecipeError, VtksmoothError
 
 if TYPE_CHECKING:
     from .filters import (
@@ -22,10 +22,13 @@ if TYPE_CHECKING:
         ValenceTriangulation,
     )
     from .kernels.parallel import number_of_threads, set_number_of_threads
+    from .recipe import Recipe, Step
 
 __version__ = version("vtksmooth")
 
 _HOMES = {
+    "Recipe": "vtksmooth.recipe",
+    "Step": "vtksmooth.recipe",
     "number_of_threads": "vtksmooth.kernels.parallel",
     "set_number_of_threads": "vtksmooth.kernels.parallel",
 }
@@ -38,6 +41,9 @@ __all__ = [
     "LaplacianSmoothing",
     "MeshFileError",
     "ParameterError",
+    "Recipe",
+    "RecipeError",
+    "Step",
     "SurfaceComparison",
     "SurfaceQuality",
     "TrapeziumDrawing",

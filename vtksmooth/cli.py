@@ -17,7 +17,6 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -367,11 +366,9 @@ class _Run:
             self.interruption.committed = True
             for note in notes:
                 self.talk.note(note)
-        report = getattr(algorithm, "report", None)
-        summary = getattr(algorithm, "summary", {}) if report is None else asdict(report)
-        if not self._json(summary) and not self.options.quiet:
+        if not self._json(algorithm.figures) and not self.options.quiet:
             self.talk.clear()
-            print(_lines(summary) if report is None else report)
+            print(getattr(algorithm, "report", None) or _lines(algorithm.figures))
 
     def warm_up(self) -> None:
         from . import warm_up

@@ -19,5 +19,9 @@ class MeshFileError(VtksmoothError, OSError):
     """A mesh file cannot be read or written."""
 
 
+class RecipeError(VtksmoothError, ValueError):
+    """A recipe cannot be read or run."""
+
+
 class Cancelled(VtksmoothError):
     """The run was stopped from outside; nothing of it was kept."""

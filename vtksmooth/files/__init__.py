@@ -11,6 +11,15 @@ called; afterwards ``damage`` refuses what VTK let pass, and ``surfaces`` makes 
 """
 
 from .reading import READABLE, read_surface
-from .writing import WRITABLE, check_writable, remove_unfinished, write_surface
+from .writing import WRITABLE, atomic, check_place, check_writable, remove_unfinished, write_surface
 
-__all__ = ["READABLE", "WRITABLE", "check_writable", "read_surface", "remove_unfinished", "write_surface"]
+__all__ = [
+    "READABLE",
+    "WRITABLE",
+    "atomic",
+    "check_place",
+    "check_writable",
+    "read_surface",
+    "remove_unfinished",
+    "write_surface",
+]

@@ -38,8 +38,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     MeshFileError
-        The extension is not one of :data:`WRITABLE`; the folder is missing or not writable; the path
-        is a folder, or a file that may not be changed.
+        The extension is not one of :data:`WRITABLE`; or see :func:`check_place`.
     """
     path = Path(path).expanduser()
     if path.suffix.lower() not in WRITABLE:
@@ -47,6 +46,17 @@ def check_writable(path: str | os.PathLike[str]) -> None:
             f"cannot write {path}: the extension {path.suffix or '(none)'!r} is no format that can be "
             f"written; use one of {' '.join(WRITABLE)}."
         )
+    check_place(path)
+
+
+def check_place(path: Path) -> None:
+    """Refuse a path at which no file can be written, whatever its format.
+
+    Raises
+    ------
+    MeshFileError
+        The folder is missing or not writable; the path is a folder, or a file that may not be changed.
+    """
     try:
         target = path.resolve(strict=False)
         if not target.parent.is_dir():
@@ -94,14 +104,22 @@ def write_surface(mesh: vtkPolyData, path: str | os.PathLike[str]) -> list[str]:
     path = Path(path).expanduser()
     check_writable(path)
     surface = mesh if isinstance(mesh, pv.PolyData) else pv.wrap(mesh)
-    target = path.resolve()
-    with _atomic(path, target) as temporary:
+    with atomic(path) as temporary:
         notes = _write(surface, temporary, path.name)
     return notes
 
 
 @contextlib.contextmanager
-def _atomic(path: Path, target: Path) -> Iterator[Path]:
+def atomic(path: Path) -> Iterator[Path]:
+    """Give a temporary file in the folder of `path` that takes its place when all went well.
+
+    Raises
+    ------
+    MeshFileError
+        See :func:`check_place`; or the disk is full or failed.
+    """
+    check_place(path)
+    target = path.resolve()
     temporary: Path | None = None
     try:
         handle, name = tempfile.mkstemp(target.suffix, f".{target.stem[:100]}.", target.parent)

@@ -73,6 +73,12 @@ class Filter(VTKPythonAlgorithmBase):
         """Return the declared parameters by name, in order."""
         return parameters_of(cls)
 
+    @property
+    def figures(self) -> dict[str, Any]:
+        """What the last execution measured or did, as the command line's ``--json`` shows it."""
+        summary: dict[str, Any] = getattr(self, "summary", {})
+        return summary
+
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.parameters())
         return f"{type(self).__name__}({values})"

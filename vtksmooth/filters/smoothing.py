@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -87,6 +87,11 @@ class SmoothingFilter(Filter):
     def __init__(self, **parameters: Any) -> None:
         super().__init__(**parameters)
         self.report = RunReport()
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The report as a dictionary."""
+        return asdict(self.report)
 
     def make_scheme(self) -> Scheme:
         """Return the scheme that proposes."""
