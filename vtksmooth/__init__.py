@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .filters import (
         AngleBasedSmoothing,
         BackToSurfaceSmoothing,
+        InstallationSpaceRegions,
         LaplacianSmoothing,
         SurfaceComparison,
         SurfaceQuality,
@@ -37,6 +38,7 @@ __all__ = [
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "Cancelled",
+    "InstallationSpaceRegions",
     "InvalidMeshError",
     "LaplacianSmoothing",
     "MeshFileError",

@@ -37,6 +37,7 @@ COMMANDS = {
     "angle-based": "smooth by turning spokes onto bisectors",
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "triangulate": "split polygons into triangles with vertex valences near six",
+    "regions": "tell the parts that lie on the installation space from the free ones",
     "warm-up": "compile all kernels now, so that no later run waits",
 }
 
@@ -366,6 +367,8 @@ class _Run:
             self.interruption.committed = True
             for note in notes:
                 self.talk.note(note)
+        for note in getattr(algorithm, "notes", ()):
+            self.talk.note(note)
         if not self._json(algorithm.figures) and not self.options.quiet:
             self.talk.clear()
             print(getattr(algorithm, "report", None) or _lines(algorithm.figures))

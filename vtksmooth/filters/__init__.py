@@ -5,6 +5,7 @@ from __future__ import annotations
 from .angle_based_smoothing import AngleBasedSmoothing
 from .back_to_surface_smoothing import BackToSurfaceSmoothing
 from .base import Filter
+from .installation_space_regions import InstallationSpaceRegions
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
@@ -22,6 +23,7 @@ FILTERS: tuple[type[Filter], ...] = (
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
     ValenceTriangulation,
+    InstallationSpaceRegions,
 )
 
 __all__ = [
@@ -29,6 +31,7 @@ __all__ = [
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "Filter",
+    "InstallationSpaceRegions",
     "LaplacianSmoothing",
     "Parameter",
     "SmoothingFilter",

@@ -1,0 +1,173 @@
+"""Signed distance to an installation space, by VTK."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDistance
+
+from ..errors import InvalidMeshError
+from ..kernels.mesh import Mesh
+from ..kernels.triangulate import triangulate
+from .arrays import surface_of, vtk_points, vtk_triangles
+
+Float64 = npt.NDArray[np.float64]
+
+#: A mesh that many times larger than the space it should fit in is in other units.
+_OTHER_UNITS = 10.0
+
+
+class SignedDistance:
+    """The distance of points to a surface, negative inside.
+
+    Distances come from VTK's cell locator, signs from angle-weighted pseudonormals
+    (vtkImplicitPolyDataDistance; J. A. Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle
+    Weighted Pseudonormal", 2005), so they are right at faces, edges and vertices. Where the surface is
+    open, the sign beyond a hole is that of the faces at its rim, continued.
+
+    Parameters
+    ----------
+    space : vtkPolyData
+        The surface, normals outwards. Points in one place count as one; polygons are taken as
+        triangles. A surface that is inside out is turned; an open one is judged as if cones closed its holes.
+    name : str
+        What errors and notes call it.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The triangles that distances are measured to, normals outwards.
+    closed : bool
+        Whether every edge has faces on both sides.
+    turned : bool
+        Whether the surface was inside out.
+    notes : list of str
+        What a user should know about the surface.
+
+    Raises
+    ------
+    InvalidMeshError
+        The surface has no faces, encloses nothing although closed, has faces that are turned against
+        their neighbours, or polygons that cross themselves.
+
+    Examples
+    --------
+    >>> from vtkmodules.vtkFiltersSources import vtkCubeSource
+    >>> cube = vtkCubeSource()
+    >>> _ = cube.Update()
+    >>> distance = SignedDistance(cube.GetOutput())
+    >>> distance([[0, 0, 0], [0.5, 0, 0.25], [0, 0, 2]]).round(12) + 0.0
+    array([-0.5,  0. ,  1.5])
+    """
+
+    def __init__(self, space: Any, name: str = "installation space") -> None:
+        self.notes: list[str] = []
+        try:
+            mesh = _merged_triangles(space)
+        except InvalidMeshError as error:
+            raise InvalidMeshError(f"The {name} is no usable surface: {error}") from error
+        borders, clashes = _unbalanced_edges(mesh)
+        if clashes:
+            raise InvalidMeshError(
+                f"{clashes} edges of the {name} join faces that are turned against each other or "
+                "doubled; clean it and orient its faces so that all normals point outwards."
+            )
+        self.closed = not len(borders)
+        volume, least = _enclosed_volume(mesh, borders), 1e-12 * mesh.diagonal**3
+        if self.closed and abs(volume) <= least:
+            raise InvalidMeshError(f"The {name} is closed but encloses no volume.")
+        self.turned = volume < -least
+        if self.turned:
+            self.notes.append(f"The {name} is inside out: it was turned.")
+            mesh = Mesh(mesh.points, mesh.offsets, _turned(mesh.connectivity))
+        if not self.closed:
+            self.notes.append(
+                f"The {name} is open ({len(borders)} boundary edges): beyond a hole, inside is where the "
+                "faces at its rim say."
+            )
+        self.mesh = mesh
+        polydata = vtkPolyData()
+        polydata.SetPoints(vtk_points(mesh.points))
+        polydata.SetPolys(vtk_triangles(mesh.connectivity.reshape(-1, 3)))
+        self._function = vtkImplicitPolyDataDistance()
+        self._function.SetInput(polydata)
+
+    def __call__(self, points: npt.ArrayLike) -> Float64:
+        """Return the signed distances (q,) of `points` (q, 3), model units."""
+        points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+        result = np.empty(len(points))
+        if len(points):
+            # One call for all: a call for each point would cost more than the distances.
+            self._function.FunctionValue(numpy_to_vtk(points), numpy_to_vtk(result))
+        return result
+
+
+def check_sizes(sim: Mesh, space: Mesh) -> None:
+    """Refuse two surfaces that cannot be inside each other: apart, or one far larger than its space.
+
+    Raises
+    ------
+    InvalidMeshError
+        The message names both sizes.
+    """
+    boxes = [np.array([used.min(axis=0), used.max(axis=0)]) for used in (_used(sim), _used(space))]
+    (low, high), (space_low, space_high) = boxes
+    margin = 1e-6 * np.linalg.norm(space_high - space_low)
+    sizes = [" x ".join(f"{size:.4g}" for size in box[1] - box[0]) for box in boxes]
+    if (low > space_high + margin).any() or (high < space_low - margin).any():
+        raise InvalidMeshError(
+            f"The mesh ({sizes[0]}, from {_place(low)}) and the installation space ({sizes[1]}, from "
+            f"{_place(space_low)}) are apart; check units and positions."
+        )
+    if np.linalg.norm(high - low) > _OTHER_UNITS * np.linalg.norm(space_high - space_low):
+        raise InvalidMeshError(
+            f"The mesh ({sizes[0]}) is far larger than the installation space ({sizes[1]}) it should fit in; "
+            "check their units."
+        )
+
+
+def _used(mesh: Mesh) -> Float64:
+    return mesh.points[np.unique(mesh.connectivity)]
+
+
+def _place(point: Float64) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
+
+
+def _merged_triangles(space: Any) -> Mesh:
+    surface = surface_of(space).mesh
+    triangles, _ = triangulate(surface)
+    raw, clean = vtkPolyData(), vtkCleanPolyData()
+    raw.SetPoints(vtk_points(surface.points))
+    raw.SetPolys(vtk_triangles(triangles))
+    clean.SetInputData(raw)
+    clean.ToleranceIsAbsoluteOn()
+    clean.SetAbsoluteTolerance(0.0)
+    clean.Update()  # triangles that lose a corner become lines: they have no area and no say
+    return surface_of(clean.GetOutput()).mesh
+
+
+def _unbalanced_edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int]:
+    """Return the edges that have one face, (b, 2), and how many others do not run as often back as forth."""
+    corners = mesh.connectivity.reshape(-1, 3).astype(np.int64)
+    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    keys = np.minimum(start, end) * mesh.n_points + np.maximum(start, end)
+    edges, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    balance = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
+    borders = np.column_stack(np.divmod(edges[count == 1], mesh.n_points))
+    return borders, int(((count > 1) & (balance != 0.0)).sum())
+
+
+def _enclosed_volume(mesh: Mesh, borders: npt.NDArray[np.int64]) -> float:
+    """Return the signed volume; of an open surface with its holes closed by cones to the borders' middle."""
+    middle = mesh.points[borders.ravel() if len(borders) else mesh.connectivity].mean(axis=0)
+    a, b, c = (mesh.points[mesh.connectivity[i::3]] - middle for i in range(3))
+    return float(np.einsum("ij,ij", a, np.cross(b, c)) / 6.0)
+
+
+def _turned(connectivity: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    return np.ascontiguousarray(connectivity.reshape(-1, 3)[:, ::-1]).ravel()
