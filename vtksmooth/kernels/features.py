@@ -11,9 +11,10 @@ from ..errors import ParameterError
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
+from .dihedral import FEW, dihedral_angle, face_normals, faces_of_edges
 from .mesh import Mesh
-from .metric_tensor import WEIGHTS, corner_of_face, eigen
-from .quality import area_vectors
+from .metric_tensor import WEIGHTS, corner_angle, eigen
+from .normal_filter import filter_normals, noise
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
@@ -30,6 +31,9 @@ AUTO = "auto"
 
 #: Smallest angles that :data:`AUTO` chooses, degrees: those of the paper.
 RIDGE_ANGLE, CORNER_ANGLE = 20.0, 35.0
+
+#: Largest ridge angle that :data:`AUTO` chooses, degrees.
+LARGEST_RIDGE_ANGLE = 60.0
 
 #: Angles are compared with this much to spare, radians: the corners of a square have exactly a quarter.
 _SPARE = 1e-6
@@ -53,211 +57,172 @@ class Features(NamedTuple):
     ridge_edges: Int32
 
 
-class Edges(NamedTuple):
-    """What the edge to each neighbour is; in step with ``Adjacency.ring``.
-
-    Attributes
-    ----------
-    kind : (k,) uint8
-        REGULAR, BOUNDARY or NON_MANIFOLD.
-    angle : (k,) float32
-        Dihedral angle: between the two faces' normals, radians. 0 where there are not two.
-    """
-
-    kind: UInt8
-    angle: npt.NDArray[np.float32]
-
-
-@kernel
-def _unit_normals(starts, ends, area):  # type: ignore[no-untyped-def]
-    for part in range(starts.size):
-        for f in range(starts[part], ends[part]):
-            largest = max(abs(area[f, 0]), abs(area[f, 1]), abs(area[f, 2]))
-            if largest > 0.0:
-                for axis in range(3):
-                    area[f, axis] /= largest
-                length = np.sqrt(area[f, 0] ** 2 + area[f, 1] ** 2 + area[f, 2] ** 2)
-                for axis in range(3):
-                    area[f, axis] /= length
-
-
-def unit_normals(mesh: Mesh) -> Float64:
-    """Return each face's unit normal, (m, 3); 0 where it has no area."""
-    normals = area_vectors(mesh)
-    parallel.run(_unit_normals, *parallel.ranges(mesh.n_faces), normals)
-    return normals
-
-
-@kernel
-def _edges_of_rings(starts, ends, near, normals, kind, angle):  # type: ignore[no-untyped-def]
-    n = near.border.size
-    place = np.empty(n, np.int32)  # of the neighbours in the ring at hand
-    widest = 0
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            widest = max(widest, near.ring_offsets[v + 1] - near.ring_offsets[v])
-    count = np.empty(widest, np.int32)
-    first = np.empty(widest, np.int32)
-    second = np.empty(widest, np.int32)
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            ring = near.ring_offsets[v]
-            size = near.ring_offsets[v + 1] - ring
-            for r in range(size):
-                place[near.ring[ring + r]] = r
-                count[r] = 0
-            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                c = near.corners[row]
-                f = near.corner_face[c]
-                a = near.offsets[f]
-                b = near.offsets[f + 1]
-                for side in range(2):
-                    if side == 0:
-                        w = near.connectivity[c + 1 if c + 1 < b else a]
-                    else:
-                        w = near.connectivity[c - 1 if c > a else b - 1]
-                    if w == v:
-                        continue
-                    r = place[w]
-                    # Faces that run from v to w are kept as they are, the others as -1 - f.
-                    if count[r] == 0:
-                        first[r] = f if side == 0 else -1 - f
-                    elif count[r] == 1:
-                        second[r] = f if side == 0 else -1 - f
-                    count[r] += 1
-            for r in range(size):
-                angle[ring + r] = 0.0
-                kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
-                if count[r] != 2:
-                    continue
-                f = first[r] if first[r] >= 0 else -1 - first[r]
-                g = second[r] if second[r] >= 0 else -1 - second[r]
-                # Both ends must see the same angle to the last bit.
-                f, g = min(f, g), max(f, g)
-                # Where orientations disagree, one of the normals counts turned round.
-                turn = 1.0 if (first[r] >= 0) != (second[r] >= 0) else -1.0
-                dot = turn * (
-                    normals[f, 0] * normals[g, 0]
-                    + normals[f, 1] * normals[g, 1]
-                    + normals[f, 2] * normals[g, 2]
-                )
-                x = normals[f, 1] * normals[g, 2] - normals[f, 2] * normals[g, 1]
-                y = normals[f, 2] * normals[g, 0] - normals[f, 0] * normals[g, 2]
-                z = normals[f, 0] * normals[g, 1] - normals[f, 1] * normals[g, 0]
-                angle[ring + r] = np.arctan2(np.sqrt(x * x + y * y + z * z), dot)
-
-
-def edges_of_rings(near: Adjacency, normals: Float64) -> Edges:
-    """Return the kind and the dihedral angle of the edges to all neighbours."""
-    edges = Edges(np.empty(len(near.ring), np.uint8), np.empty(len(near.ring), np.float32))
-    parallel.run(_edges_of_rings, *parallel.ranges(len(near.border)), near, normals, *edges)
-    return edges
-
-
-@kernel
-def _sum_tensors(starts, ends, points, near, weight, tensors, turned):  # type: ignore[no-untyped-def]
-    # turned: the sum of the angles round v.
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            for i in range(9):
-                tensors[v, i] = 0.0
-            turned[v] = 0.0
-            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                n0, n1, n2, area, angle = corner_of_face(points, near, row, True)
-                w = area if weight == 0 else angle
-                turned[v] += angle
-                tensors[v, 0] += w * n0 * n0
-                tensors[v, 1] += w * n0 * n1
-                tensors[v, 2] += w * n0 * n2
-                tensors[v, 3] += w * n1 * n1
-                tensors[v, 4] += w * n1 * n2
-                tensors[v, 5] += w * n2 * n2
-                tensors[v, 6] += w * n0
-                tensors[v, 7] += w * n1
-                tensors[v, 8] += w * n2
-
-
 @device
 def _is_sharp(kind, angle, r, ridge_angle):  # type: ignore[no-untyped-def]
     return kind[r] != 0 or angle[r] >= ridge_angle
 
 
+@device
+def _tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-def]
+    # As metric_tensor.metric_tensor, from normals that are there already and may be filtered.
+    a00 = 0.0
+    a01 = 0.0
+    a02 = 0.0
+    a11 = 0.0
+    a12 = 0.0
+    a22 = 0.0
+    b0 = 0.0
+    b1 = 0.0
+    b2 = 0.0
+    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        f = near.corner_face[near.corners[row]]
+        n0 = normals[f, 0]
+        n1 = normals[f, 1]
+        n2 = normals[f, 2]
+        w = normals[f, 3]
+        if weight == 1 and w > 0.0:
+            w = corner_angle(points, near, row, n0, n1, n2)
+        a00 += w * n0 * n0
+        a01 += w * n0 * n1
+        a02 += w * n0 * n2
+        a11 += w * n1 * n1
+        a12 += w * n1 * n2
+        a22 += w * n2 * n2
+        b0 += w * n0
+        b1 += w * n1
+        b2 += w * n2
+    return a00, a01, a02, a11, a12, a22, b0, b1, b2
+
+
+@device
+def _is_flat(near, normals, v, cosine):  # type: ignore[no-untyped-def]
+    # Whether the normals round v lie in a cone round their mean.
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    first = near.corner_offsets[v]
+    last = near.corner_offsets[v + 1]
+    for row in range(first, last):
+        f = near.corner_face[near.corners[row]]
+        x += normals[f, 0]
+        y += normals[f, 1]
+        z += normals[f, 2]
+    limit = cosine * np.sqrt(x * x + y * y + z * z)
+    for row in range(first, last):
+        f = near.corner_face[near.corners[row]]
+        along = x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2]
+        if along < limit and normals[f, 3] > 0.0:
+            return False
+    return True
+
+
+@device
+def _turns(points, near, normals, v, limit):  # type: ignore[no-untyped-def]
+    # The angle defect: a quarter of a turn makes a corner, on a boundary the corner angle.
+    total = 0.0
+    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        f = near.corner_face[near.corners[row]]
+        if normals[f, 3] > 0.0:
+            total += corner_angle(points, near, row, normals[f, 0], normals[f, 1], normals[f, 2])
+    if near.border[v] == 0:
+        return abs(2.0 * np.pi - total) >= 0.5 * np.pi - 1e-6
+    return near.border[v] == 1 and abs(np.pi - total) >= limit
+
+
 @kernel
 def _classify(  # type: ignore[no-untyped-def]
-    starts, ends, points, near, normals, edge_kind, tensors, turned, ridge_angle, corner_angle,
-    joined, before, classes, picked, acute,
+    starts, ends, points, near, normals, weight, ridge_angle, turn_angle, joined, before,
+    kind, angle, classes, picked, acute,
 ):  # fmt: skip
     # Section 4.1. `joined`: the second round, in which ridge vertices take the tensors of their
     # neighbours along the ridge too, and only they are looked at.
     chi_r = np.tan(0.5 * ridge_angle) ** 2
-    chi_c = 2.0 * np.tan(0.5 * corner_angle) ** 2
-    a = np.empty(9)
+    chi_c = 2.0 * np.tan(0.5 * turn_angle) ** 2
+    # With all normals in a cone of half angle a, l2 / l1 <= tan(a)^2 and l3 / l1 <= tan(a)^2 / 2, no
+    # dihedral angle exceeds 2 a, and up to 30 degrees the first eigenvector lies in the cone.
+    cosine = np.cos(min(0.5 * ridge_angle, 0.5 * turn_angle, np.pi / 6.0))
+    place = np.empty(0, np.int32)
+    faces = np.empty((FEW, 2), np.int32)
+    count = np.empty(FEW, np.int32)
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if joined and before[v] != 1:
                 continue
-            for i in range(9):
-                a[i] = tensors[v, i]
+            ring = near.ring_offsets[v]
+            size = near.ring_offsets[v + 1] - ring
+            if not joined:
+                classes[v] = 0
+                acute[v] = 0
+                picked[v, 0] = -1
+                picked[v, 1] = -1
+                for r in range(ring, ring + size):
+                    kind[r] = 0
+                    angle[r] = 0.0
+                if near.border[v] == 3 or (near.border[v] == 0 and _is_flat(near, normals, v, cosine)):
+                    continue
+                if size > count.size:
+                    place = np.empty(near.border.size, np.int32)
+                    faces = np.empty((2 * size, 2), np.int32)
+                    count = np.empty(2 * size, np.int32)
+                faces_of_edges(near, v, place, faces, count)
+                for r in range(size):
+                    kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
+                    if count[r] == 2:
+                        angle[ring + r] = dihedral_angle(normals, faces[r, 0], faces[r, 1])
+            a00, a01, a02, a11, a12, a22, b0, b1, b2 = _tensor(points, near, normals, v, weight)
             if joined:
                 for side in range(2):
                     w = picked[v, side]
                     if w >= 0 and before[w] == 1:
-                        for i in range(9):
-                            a[i] += tensors[w, i]
-            else:
-                picked[v, 0] = -1
-                picked[v, 1] = -1
-                acute[v] = 0
-                classes[v] = 0
-            if near.border[v] == 3:
-                continue
-            excess = -1.0
-            if near.border[v] == 0:
-                excess = abs(2.0 * np.pi - turned[v]) + 1e-6 - 0.5 * np.pi
-            elif near.border[v] == 1:
-                # On a boundary what the boundary turns by.
-                excess = abs(np.pi - turned[v]) - corner_angle
-            if excess >= 0.0:
-                classes[v] = 2
-                continue
-            l1, l2, l3, x1, y1, z1, _, _, _, x3, y3, z3 = eigen(a[0], a[1], a[2], a[3], a[4], a[5])
-            if l1 <= 0.0:
-                continue
-            if l3 >= chi_c * l1:
-                classes[v] = 2
-                continue
-            if not joined:
-                side_of_b = x1 * a[6] + y1 * a[7] + z1 * a[8]
-                turn = 1.0 if side_of_b >= 0.0 else -1.0
+                        c00, c01, c02, c11, c12, c22, _, _, _ = _tensor(points, near, normals, w, weight)
+                        a00 += c00
+                        a01 += c01
+                        a02 += c02
+                        a11 += c11
+                        a12 += c12
+                        a22 += c22
+            l1, l2, l3, x1, y1, z1, _, _, _, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
+            if not joined and near.border[v] != 2:  # where orientations disagree signs mean nothing
+                turn = 1.0 if x1 * b0 + y1 * b1 + z1 * b2 >= 0.0 else -1.0
                 for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                     f = near.corner_face[near.corners[row]]
                     along = turn * (x1 * normals[f, 0] + y1 * normals[f, 1] + z1 * normals[f, 2])
-                    has_area = normals[f, 0] != 0.0 or normals[f, 1] != 0.0 or normals[f, 2] != 0.0
-                    if has_area and along <= 0.0:
+                    if along <= 0.0 and normals[f, 3] > 0.0:
                         acute[v] = 1
-            if l2 < chi_r * l1 and not acute[v] and near.border[v] != 1:
-                sharp = 0
-                for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
-                    sharp += edge_kind[r] != 0
-                if sharp == 0:
-                    classes[v] = 0
-                    continue
+            sharp = 0
+            forced = 0
+            for r in range(ring, ring + size):
+                sharp += _is_sharp(kind, angle, r, ridge_angle)
+                forced += kind[r] != 0
+            folded = l1 > 0.0 and (l2 >= chi_r * l1 or l3 >= chi_c * l1)
+            if not (folded or sharp >= 2 or forced > 0 or acute[v]):
+                classes[v] = 0
+                continue
             # Below this share of the first eigenvalue a direction says nothing (section 3.1).
             if acute[v] and l2 < 0.003 * l1:
                 classes[v] = 3
+                continue
+            classes[v] = 2
+            if l3 >= chi_c * l1 or _turns(points, near, normals, v, turn_angle):
                 continue
             classes[v] = 1
             if near.border[v] == 1:
                 picked[v, 0] = near.border_ring[v, 0]
                 picked[v, 1] = near.border_ring[v, 1]
                 continue
-            # The edges that go along the third eigenvector, one each way.
+            # The edges that go along the third eigenvector, one each way; sharp ones come first, and
+            # where there are just two they need no eigenvector.
             low = 0.0
             high = 0.0
             picked[v, 0] = -1
             picked[v, 1] = -1
-            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+            for r in range(ring, ring + size):
                 w = near.ring[r]
+                this = _is_sharp(kind, angle, r, ridge_angle)
+                if sharp == 2:
+                    if this:
+                        picked[v, 0 if picked[v, 0] < 0 else 1] = w
+                    continue
                 dx = points[w, 0] - points[v, 0]
                 dy = points[w, 1] - points[v, 1]
                 dz = points[w, 2] - points[v, 2]
@@ -265,6 +230,8 @@ def _classify(  # type: ignore[no-untyped-def]
                 if length == 0.0:
                     continue
                 along = (dx * x3 + dy * y3 + dz * z3) / length
+                if this:
+                    along *= 2.0
                 if along < low:
                     low = along
                     picked[v, 0] = w
@@ -274,8 +241,10 @@ def _classify(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _filter(starts, ends, near, edge_kind, edge_angle, ridge_angle, classes, picked, acute, after, taken):  # type: ignore[no-untyped-def]
-    # Section 4.2, steps 1 to 4.
+def _filter(  # type: ignore[no-untyped-def]
+    starts, ends, near, kind, angle, ridge_angle, only_corners, classes, picked, acute, after, taken
+):
+    # Section 4.2, steps 1 to 4; `only_corners`: step 4 alone.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             count = 0
@@ -288,7 +257,7 @@ def _filter(starts, ends, near, edge_kind, edge_angle, ridge_angle, classes, pic
                 elif classes[w] == 1 and near.border[w] == 0:
                     points_here = picked[w, 0] == v or picked[w, 1] == v
                 else:
-                    points_here = _is_sharp(edge_kind, edge_angle, r, ridge_angle)
+                    points_here = _is_sharp(kind, angle, r, ridge_angle)
                 if points_here:
                     if count == 0:
                         one = w
@@ -302,6 +271,8 @@ def _filter(starts, ends, near, edge_kind, edge_angle, ridge_angle, classes, pic
                 continue
             if count > 2:
                 after[v] = 2
+            elif only_corners:
+                continue
             elif count == 2 and classes[v] == 0:
                 after[v] = 1
                 taken[v, 0] = one
@@ -311,7 +282,7 @@ def _filter(starts, ends, near, edge_kind, edge_angle, ridge_angle, classes, pic
 
 
 @kernel
-def _collect_ridge_edges(near, edge_kind, edge_angle, ridge_angle, classes, picked, found):  # type: ignore[no-untyped-def]
+def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found):  # type: ignore[no-untyped-def]
     # Step 5: an edge that one of its ends has identified, and both ends are features.
     k = 0
     for v in range(near.border.size):
@@ -321,11 +292,11 @@ def _collect_ridge_edges(near, edge_kind, edge_angle, ridge_angle, classes, pick
             w = near.ring[r]
             if w < v or classes[w] == 0:
                 continue
-            ridge = edge_kind[r] != 0
+            ridge = kind[r] != 0
             ridge = ridge or (classes[v] == 1 and (picked[v, 0] == w or picked[v, 1] == w))
             ridge = ridge or (classes[w] == 1 and (picked[w, 0] == v or picked[w, 1] == v))
             if classes[v] >= 2 and classes[w] >= 2:
-                ridge = _is_sharp(edge_kind, edge_angle, r, ridge_angle)
+                ridge = _is_sharp(kind, angle, r, ridge_angle)
             if ridge:
                 found[k, 0] = v
                 found[k, 1] = w
@@ -342,29 +313,9 @@ def _complete_rings(classes, picked):  # type: ignore[no-untyped-def]
                 picked[v, side] = -1
 
 
-def thresholds(
-    edges: Edges, ridge_angle: float | str = AUTO, corner_angle: float | str = AUTO
-) -> tuple[float, float]:
-    """Return the ridge angle and the corner angle in degrees, chosen by the mesh where they are "auto".
-
-    Noise makes dihedral angles of its own, of which the median tells the size: ridges are what stands
-    well above. The corner angle goes with the ridge angle.
-
-    Raises
-    ------
-    ParameterError
-        An angle does not lie between 0 and 180 degrees.
-    """
-    for name, angle in (("ridge_angle", ridge_angle), ("corner_angle", corner_angle)):
-        if angle != AUTO and not (isinstance(angle, (int, float)) and 0.0 < angle < 180.0):
-            raise ParameterError(f"{name} must lie between 0 and 180 degrees, or be auto, not {angle!r}.")
-    if ridge_angle == AUTO:
-        angles = edges.angle[edges.kind == REGULAR]
-        median = float(np.degrees(np.median(angles))) if len(angles) else 0.0
-        ridge_angle = min(max(RIDGE_ANGLE, 3.0 * median), 75.0)
-    if corner_angle == AUTO:
-        corner_angle = max(CORNER_ANGLE, 1.2 * float(ridge_angle))
-    return float(ridge_angle), float(corner_angle)
+def _check_angle(name: str, angle: float | str) -> None:
+    if angle != AUTO and not (isinstance(angle, (int, float)) and 0.0 < angle < 180.0):
+        raise ParameterError(f"{name} must lie between 0 and 180 degrees, or be auto, not {angle!r}.")
 
 
 def detect(
@@ -374,19 +325,39 @@ def detect(
     ridge_angle: float | str = AUTO,
     corner_angle: float | str = AUTO,
     weight: str = "area",
+    denoise: bool = True,
 ) -> Features:
     """Find the ridge vertices, corners and cusps of a mesh, and the edges that are ridges.
+
+    Jiao's detection, in four ways more robust: normals are filtered first, as far as the mesh's own noise
+    asks; two edges with a dihedral angle of at least `ridge_angle` make a ridge vertex too, whatever the
+    sizes of its faces; a large angle defect makes a corner only where the normals vary as well; and
+    corners count before ridge vertices do, so that a ridge does not lose its end.
 
     Parameters
     ----------
     mesh : Mesh
     near : Adjacency
     ridge_angle : float or "auto"
-        Dihedral angle from which an edge is a ridge, degrees (the paper's phi_r).
+        Dihedral angle from which an edge is a ridge, degrees (the paper's phi_r). "auto": 20, or 1.5 times
+        the noise if that is more.
     corner_angle : float or "auto"
-        Turning angle from which a cone's tip is a corner, degrees (phi_c).
+        Turning angle from which a cone's tip is a corner, degrees (phi_c); on boundaries, by how much the
+        boundary must turn. "auto": 35, or 1.2 times the ridge angle if that is more.
     weight : {"area", "angle"}
         What weighs a face at a vertex.
+    denoise : bool
+        Whether to filter the normals, see :mod:`~vtksmooth.kernels.normal_filter`.
+
+    Returns
+    -------
+    Features
+        It does not depend on the pose and the scale of the mesh.
+
+    Raises
+    ------
+    ParameterError
+        An angle does not lie between 0 and 180 degrees.
 
     Examples
     --------
@@ -398,31 +369,37 @@ def detect(
     >>> found.classes.tolist(), len(found.ridge_edges)
     ([2, 2, 2, 2, 2, 2, 2, 2], 12)
     """
-    n = mesh.n_points
-    normals = unit_normals(mesh)
-    edges = edges_of_rings(near, normals)
-    chosen = thresholds(edges, ridge_angle, corner_angle)
-    phi_r, phi_c = np.radians(chosen) - _SPARE
+    _check_angle("ridge_angle", ridge_angle)
+    _check_angle("corner_angle", corner_angle)
+    n, edges = mesh.n_points, len(near.ring)
     ranges = parallel.ranges(n)
-    tensors, turned = np.empty((n, 9)), np.empty(n)
-    parallel.run(_sum_tensors, *ranges, mesh.points, near, WEIGHTS.index(weight), tensors, turned)
+    normals = face_normals(mesh)
+    if ridge_angle == AUTO:
+        ridge_angle = min(max(RIDGE_ANGLE, 1.5 * np.degrees(noise(near, normals))), LARGEST_RIDGE_ANGLE)
+    if corner_angle == AUTO:
+        corner_angle = max(CORNER_ANGLE, 1.2 * float(ridge_angle))
+    phi_r, phi_c = np.radians(float(ridge_angle)) - _SPARE, np.radians(float(corner_angle)) - _SPARE
+    if denoise:
+        normals = filter_normals(near, normals)
+    kind, angle = np.empty(edges, np.uint8), np.empty(edges, np.float32)
     classes, picked = np.empty(n, np.uint8), np.empty((n, 2), np.int32)
     other_classes, other_picked = np.empty_like(classes), np.empty_like(picked)
     acute = np.empty(n, np.uint8)
     for joined in (False, True):
-        before = classes.copy()
         parallel.run(
-            _classify, *ranges, mesh.points, near, normals, edges.kind, tensors, turned, phi_r, phi_c,
-            joined, before, classes, picked, acute,
+            _classify, *ranges, mesh.points, near, normals, WEIGHTS.index(weight), phi_r, phi_c, joined,
+            classes.copy(), kind, angle, classes, picked, acute,
         )  # fmt: skip
-        parallel.run(
-            _filter, *ranges, near, *edges, phi_r, classes, picked, acute, other_classes, other_picked
-        )
-        classes, other_classes = other_classes, classes
-        picked, other_picked = other_picked, picked
+        for only_corners in (True, False):
+            parallel.run(
+                _filter, *ranges, near, kind, angle, phi_r, only_corners, classes, picked, acute,
+                other_classes, other_picked,
+            )  # fmt: skip
+            classes, other_classes = other_classes, classes
+            picked, other_picked = other_picked, picked
     _complete_rings(classes, picked)
-    found = np.empty((len(near.ring) // 2, 2), np.int32)
-    count = _collect_ridge_edges(near, *edges, phi_r, classes, picked, found)
+    found = np.empty((edges // 2, 2), np.int32)
+    count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found)
     return Features(classes, picked, found[:count].copy())
 
 

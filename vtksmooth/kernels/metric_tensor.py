@@ -17,16 +17,22 @@ WEIGHTS = ("area", "angle")
 
 
 @device
-def corner_of_face(points, near, row, with_angle):  # type: ignore[no-untyped-def]
-    """Return what a face is at one of its corners, `row` being a position in ``near.corners``.
+def corner_normal(points, near, row):  # type: ignore[no-untyped-def]
+    """Return the unit normal and the area of a face, seen from one of its corners.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    near : Adjacency
+    row : int
+        Position of the corner in ``near.corners``.
 
     Returns
     -------
     n0, n1, n2 : float64
-        Unit normal of the face's area vector; zero where it has no area. Of a giant some corners, evenly
+        Direction of the face's area vector; zero where it has no area. Of a giant some corners, evenly
         spread, stand for all.
-    area, angle : float64
-        Area of the face, and its angle at the corner in radians (0 if not `with_angle`).
+    area : float64
     """
     c = near.corners[row]
     f = near.corner_face[c]
@@ -37,13 +43,9 @@ def corner_of_face(points, near, row, with_angle):  # type: ignore[no-untyped-de
     y = points[v, 1]
     z = points[v, 2]
     p = near.connectivity[c + 1 if c + 1 < last else c + 1 - size]
-    # The fan's first spoke u and its last one, in the end a.
-    ux = points[p, 0] - x
-    uy = points[p, 1] - y
-    uz = points[p, 2] - z
-    ax = ux
-    ay = uy
-    az = uz
+    ax = points[p, 0] - x
+    ay = points[p, 1] - y
+    az = points[p, 2] - z
     nx = 0.0
     ny = 0.0
     nz = 0.0
@@ -64,24 +66,43 @@ def corner_of_face(points, near, row, with_angle):  # type: ignore[no-untyped-de
     # By the largest component first: squares of areas would leave the range of float64.
     largest = max(abs(nx), abs(ny), abs(nz))
     if largest == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
     nx /= largest
     ny /= largest
     nz /= largest
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    nx /= length
-    ny /= length
-    nz /= length
-    angle = 0.0
-    if with_angle:
-        sx = (uy * az - uz * ay) / largest
-        sy = (uz * ax - ux * az) / largest
-        sz = (ux * ay - uy * ax) / largest
-        sine = largest * np.sqrt(sx * sx + sy * sy + sz * sz)
-        angle = np.arctan2(sine, ux * ax + uy * ay + uz * az)
-        if nx * sx + ny * sy + nz * sz < 0.0:  # a reflex corner
-            angle = 2.0 * np.pi - angle
-    return nx, ny, nz, 0.5 * largest * length, angle
+    return nx / length, ny / length, nz / length, 0.5 * largest * length
+
+
+@device
+def corner_angle(points, near, row, n0, n1, n2):  # type: ignore[no-untyped-def]
+    """Return the angle of a face at one of its corners, radians; n is the face's normal.
+
+    More than half a turn at reflex corners, where the sides turn against the normal. `row` as in
+    :func:`corner_normal`.
+    """
+    c = near.corners[row]
+    f = near.corner_face[c]
+    first = near.offsets[f]
+    last = near.offsets[f + 1]
+    v = near.connectivity[c]
+    p = near.connectivity[c + 1 if c + 1 < last else first]
+    q = near.connectivity[c - 1 if c > first else last - 1]
+    ax = points[p, 0] - points[v, 0]
+    ay = points[p, 1] - points[v, 1]
+    az = points[p, 2] - points[v, 2]
+    bx = points[q, 0] - points[v, 0]
+    by = points[q, 1] - points[v, 1]
+    bz = points[q, 2] - points[v, 2]
+    sx = ay * bz - az * by
+    sy = az * bx - ax * bz
+    sz = ax * by - ay * bx
+    largest = max(abs(sx), abs(sy), abs(sz))
+    sine = 0.0
+    if largest > 0.0:
+        sine = largest * np.sqrt((sx / largest) ** 2 + (sy / largest) ** 2 + (sz / largest) ** 2)
+    angle = np.arctan2(sine, ax * bx + ay * by + az * bz)
+    return 2.0 * np.pi - angle if sx * n0 + sy * n1 + sz * n2 < 0.0 else angle
 
 
 @device
@@ -112,8 +133,9 @@ def metric_tensor(points, near, v, weight):  # type: ignore[no-untyped-def]
     b1 = 0.0
     b2 = 0.0
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-        n0, n1, n2, area, angle = corner_of_face(points, near, row, weight == 1)
-        w = area if weight == 0 else angle
+        n0, n1, n2, w = corner_normal(points, near, row)
+        if weight == 1 and w > 0.0:
+            w = corner_angle(points, near, row, n0, n1, n2)
         a00 += w * n0 * n0
         a01 += w * n0 * n1
         a02 += w * n0 * n2

@@ -1,0 +1,121 @@
+"""Face normals, the edges round a vertex, and the dihedral angles between their faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parallel
+from .compiled import device, kernel
+from .mesh import Mesh
+from .quality import area_vector
+
+Float64 = npt.NDArray[np.float64]
+
+#: Up to this valence neighbours are searched for one by one, which stays in registers.
+FEW = 32
+
+
+@kernel
+def _face_normals(starts, ends, points, offsets, connectivity, normals):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            x, y, z = area_vector(points, offsets, connectivity, f)
+            # By the largest component first: squares of areas would leave the range of float64.
+            largest = max(abs(x), abs(y), abs(z))
+            if largest > 0.0:
+                x /= largest
+                y /= largest
+                z /= largest
+                length = np.sqrt(x * x + y * y + z * z)
+                x /= length
+                y /= length
+                z /= length
+                largest *= length
+            normals[f, 0] = x
+            normals[f, 1] = y
+            normals[f, 2] = z
+            normals[f, 3] = largest
+
+
+def face_normals(mesh: Mesh) -> Float64:
+    """Return each face's unit normal and its area, (m, 4); a face without an area has the normal 0."""
+    normals = np.empty((mesh.n_faces, 4))
+    parallel.run(
+        _face_normals, *parallel.ranges(mesh.n_faces),
+        mesh.points, mesh.offsets, mesh.connectivity, normals,
+    )  # fmt: skip
+    return normals
+
+
+@device
+def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def]
+    """Find the faces at each edge of v, in the order of its one-ring.
+
+    Parameters
+    ----------
+    near : Adjacency
+    v : int
+    place : (n,) int32
+        Scratch, whatever its content; needed for valences above :data:`FEW` only.
+    faces : (valence, 2) int32
+        Takes the two faces of every edge that has two, the smaller first; the second as -1 - f where the
+        two disagree on the orientation.
+    count : (valence,) int32
+        Takes how many faces each edge has.
+    """
+    ring = near.ring_offsets[v]
+    size = near.ring_offsets[v + 1] - ring
+    for r in range(size):
+        if size > FEW:
+            place[near.ring[ring + r]] = r
+        count[r] = 0
+    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        c = near.corners[row]
+        f = near.corner_face[c]
+        first = near.offsets[f]
+        last = near.offsets[f + 1]
+        for side in range(2):
+            if side == 0:
+                w = near.connectivity[c + 1 if c + 1 < last else first]
+            else:
+                w = near.connectivity[c - 1 if c > first else last - 1]
+            if w == v:
+                continue
+            r = 0
+            if size > FEW:
+                r = place[w]
+            else:
+                while near.ring[ring + r] != w:
+                    r += 1
+            # Faces come in rising order. The side is kept as a sign until both are there.
+            if count[r] == 0:
+                faces[r, 0] = f if side == 0 else -1 - f
+            elif count[r] == 1:
+                one = faces[r, 0]
+                faces[r, 0] = one if one >= 0 else -1 - one
+                faces[r, 1] = f if (one >= 0) != (side == 0) else -1 - f
+            count[r] += 1
+
+
+@device
+def dihedral_angle(normals, f, g):  # type: ignore[no-untyped-def]
+    """Return the angle between the normals of two faces, radians; g as :func:`faces_of_edges` gives it.
+
+    0 where one of the faces has no area.
+    """
+    turn = 1.0
+    if g < 0:
+        g = -1 - g
+        turn = -1.0
+    dot = 0.0
+    square = 0.0
+    for axis in range(3):
+        a = normals[f, axis]
+        b = turn * normals[g, axis]
+        dot += a * b
+        square += (a - b) * (a - b)
+    if dot > 0.5:  # good for small angles too
+        return 2.0 * np.arcsin(0.5 * np.sqrt(square))
+    # Without a normal the square is 1 or 0; otherwise it is 2 - 2 dot.
+    return 0.0 if dot == 0.0 and square < 1.5 else np.arccos(max(-1.0, dot))

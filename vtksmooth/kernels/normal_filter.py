@@ -1,0 +1,133 @@
+"""Bilateral filtering of face normals: noise goes, creases stay.
+
+Each normal becomes the mean of the normals round it, weighed by area and by how near they are to it in
+direction: faces across a crease have no say. How near is near depends on the noise that the mesh has
+now, so the filter closes in on the noise and does nothing to a mesh that has none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parallel
+from .adjacency import Adjacency
+from .compiled import kernel
+from .dihedral import FEW, dihedral_angle, faces_of_edges
+
+Float64 = npt.NDArray[np.float64]
+
+#: Standard deviation of the weight's bell over the noise.
+_REACH = 6.0
+
+#: Noise below this does not disturb feature detection, radians.
+_NO_NOISE = np.radians(0.5)
+
+#: Vertices that the noise is measured at, at most, roughly.
+_SAMPLE = 50_000
+
+#: Bins of the histogram of dihedral angles.
+_BINS = 8192
+
+
+@kernel
+def _histogram(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
+    bins = np.zeros(8192, np.int64)
+    place = np.empty(0, np.int32)
+    faces = np.empty((FEW, 2), np.int32)
+    count = np.empty(FEW, np.int32)
+    for part in range(starts.size):
+        first = starts[part] + (-starts[part]) % stride
+        for v in range(first, ends[part], stride):
+            size = near.ring_offsets[v + 1] - near.ring_offsets[v]
+            if size > count.size:
+                place = np.empty(near.border.size, np.int32)
+                faces = np.empty((2 * size, 2), np.int32)
+                count = np.empty(2 * size, np.int32)
+            faces_of_edges(near, v, place, faces, count)
+            for r in range(size):
+                # From one end, where both ends are looked at.
+                if count[r] == 2 and (stride > 1 or near.ring[near.ring_offsets[v] + r] > v):
+                    angle = dihedral_angle(normals, faces[r, 0], faces[r, 1])
+                    bins[min(8191, int(angle * (8192 / np.pi)))] += 1
+    return bins
+
+
+def noise(near: Adjacency, normals: Float64) -> float:
+    """Return the lower quartile of the dihedral angles, radians: what even the flattest parts have.
+
+    Clean models, of which half the edges may be creases or lie on curved faces, have none; Gaussian noise
+    of a tenth of the edge length has some 6 degrees. Measured on every k-th vertex of large meshes.
+    """
+    n = len(near.border)
+    stride = max(1, n // _SAMPLE)
+    bins = sum(parallel.run(_histogram, *parallel.ranges(n), near, normals, stride))
+    below = np.concatenate(([0], np.cumsum(bins)))
+    quarter = 0.25 * float(below[-1])
+    if quarter == 0.0:
+        return 0.0
+    at = int(np.searchsorted(below, quarter)) - 1
+    return float(np.pi / _BINS * (at + (quarter - below[at]) / bins[at]))
+
+
+@kernel
+def _filter_normals(starts, ends, near, reach, normals, filtered):  # type: ignore[no-untyped-def]
+    # (1 - x / 8)^8 for exp(-x) with x = |difference|^2 / (2 reach^2): no exponential, and an end.
+    scale = 0.0625 / (reach * reach)
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            x = normals[f, 0]
+            y = normals[f, 1]
+            z = normals[f, 2]
+            sx = 0.0
+            sy = 0.0
+            sz = 0.0
+            for c in range(near.offsets[f], near.offsets[f + 1]):
+                v = near.connectivity[c]
+                first = near.corner_offsets[v]
+                last = near.corner_offsets[v + 1]
+                # Of a hub with very many faces some, evenly spread, stand for all.
+                for row in range(first, last, 1 + (last - first) // 64):
+                    g = near.corner_face[near.corners[row]]
+                    dx = normals[g, 0] - x
+                    dy = normals[g, 1] - y
+                    dz = normals[g, 2] - z
+                    w = max(0.0, 1.0 - scale * (dx * dx + dy * dy + dz * dz))
+                    w *= w
+                    w *= w
+                    w *= w * normals[g, 3]
+                    sx += w * normals[g, 0]
+                    sy += w * normals[g, 1]
+                    sz += w * normals[g, 2]
+            filtered[f, 0] = x
+            filtered[f, 1] = y
+            filtered[f, 2] = z
+            filtered[f, 3] = normals[f, 3]
+            largest = max(abs(sx), abs(sy), abs(sz))
+            if largest > 0.0:
+                sx /= largest
+                sy /= largest
+                sz /= largest
+                scale_back = 1.0 / np.sqrt(sx * sx + sy * sy + sz * sz)
+                filtered[f, 0] = sx * scale_back
+                filtered[f, 1] = sy * scale_back
+                filtered[f, 2] = sz * scale_back
+
+
+def filter_normals(near: Adjacency, normals: Float64, passes: int = 4) -> Float64:
+    """Return filtered normals, in the form of :func:`~vtksmooth.kernels.dihedral.face_normals`.
+
+    Each pass reaches as far in direction as six times the noise that is left; none is done once there is
+    hardly any.
+    """
+    result = normals
+    spare = np.empty_like(normals)
+    for _ in range(passes):
+        left = noise(near, result)
+        if left < _NO_NOISE:
+            break
+        parallel.run(
+            _filter_normals, *parallel.ranges(len(normals)), near, _REACH * left, result, spare,
+        )  # fmt: skip
+        result, spare = spare, result if result is not normals else np.empty_like(normals)
+    return result
