@@ -26,6 +26,22 @@ FOREIGN = [
 LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3, "recipe": 3}
 TOP = len(FOREIGN) - 1
 
+GUI = ROOT / "gui"
+#: What each part of the application may import besides itself, numpy and the standard library.
+GUI_PARTS = {
+    "model": {"vtkmodules", "vtksmooth.errors", "vtksmooth.filters", "vtksmooth.kernels"},
+    "views": {"vtkmodules", "PySide6", "pyvistaqt", "pyqtgraph", "vtksmooth.filters", "vtksmooth.kernels"},
+    "controllers": {"PySide6", "vtksmooth"},
+    "": {"PySide6", "vtksmooth"},
+}
+#: Which other parts it may import.
+GUI_BELOW = {
+    "model": set(),
+    "views": {"model", "commands", "settings"},
+    "controllers": {"model", "views", "commands", "settings"},
+    "": {"app", "model", "controllers", "settings", "start"},
+}
+
 
 def layer(module):
     """The layer of a dotted name within the package; what is not named above is on top."""
@@ -34,6 +50,8 @@ def layer(module):
 
 
 def module_of(file):
+    if file.is_relative_to(GUI):
+        file = ROOT / "vtksmooth_gui" / file.relative_to(GUI)
     parts = file.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -56,7 +74,8 @@ def imports_of(source, module, is_package):
 
 
 FILES = sorted(PACKAGE.rglob("*.py"))
-PACKAGES = {module_of(file) for file in FILES if file.name == "__init__.py"}
+GUI_FILES = sorted(GUI.rglob("*.py"))
+PACKAGES = {module_of(file) for file in (*FILES, *GUI_FILES) if file.name == "__init__.py"}
 NAMES = {module_of(file) for file in FILES}
 MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
 
@@ -93,6 +112,42 @@ def test_imports_run_one_way(file):
 )
 def test_the_contract_notices(module, source):
     assert len(list(violations(source, module))) == 1
+
+
+def gui_violations(source, module, is_package=False):
+    parts = module.split(".")
+    part = parts[1] if len(parts) > 2 or is_package else ""
+    for name in sorted(imports_of(source, module, is_package)):
+        names = name.split(".")
+        if names[0] == "vtksmooth_gui":
+            if len(names) > 1 and names[1] not in GUI_BELOW[part] | {part}:
+                yield f"{module} imports {name}"
+        elif names[0] in sys.stdlib_module_names or names[0] == "numpy":
+            continue
+        elif not {names[0], ".".join(names[:2])} & GUI_PARTS[part]:
+            yield f"{module} imports {name}"
+        elif part == "model" and name.startswith("vtkmodules.vtkRendering"):
+            yield f"{module} draws with {name}"
+
+
+@pytest.mark.parametrize("file", GUI_FILES, ids=module_of)
+def test_the_application_keeps_its_layers(file):
+    is_package = file.name == "__init__.py" and file.parent != GUI
+    assert list(gui_violations(file.read_text(encoding="utf-8"), module_of(file), is_package)) == []
+
+
+@pytest.mark.parametrize(
+    ("module", "source"),
+    [
+        ("vtksmooth_gui.model.history", "from PySide6.QtCore import QObject"),
+        ("vtksmooth_gui.model.history", "from vtkmodules.vtkRenderingCore import vtkActor"),
+        ("vtksmooth_gui.model.history", "from ..views import scale"),
+        ("vtksmooth_gui.model.history", "import pyvista"),
+        ("vtksmooth_gui.views.log", "from ..controllers.jobs import Jobs"),
+    ],
+)
+def test_the_layers_of_the_application_notice(module, source):
+    assert len(list(gui_violations(source, module))) == 1
 
 
 def module_imported(name):

@@ -38,6 +38,7 @@ COMMANDS = {
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
+    "gui": "open meshes in the desktop app",
     "warm-up": "compile all kernels now, so that no later run waits",
 }
 
@@ -91,6 +92,8 @@ def _add_arguments(parser: _Parser, command: str) -> None:
             "--output", type=Path, metavar="DIR", default=Path("demo-output"),
             help="folder for the results (default: %(default)s)",
         )  # fmt: skip
+    elif command == "gui":
+        parser.add_argument("meshes", nargs="*", type=Path, metavar="MESH", help="files to open as layers")
     elif command in _filters():
         cls = _filters()[command]
         parser.description = (cls.__doc__ or "").split("\n\n")[0]
@@ -99,7 +102,7 @@ def _add_arguments(parser: _Parser, command: str) -> None:
         for parameter in cls.parameters().values():
             _add_option(group, parameter)
     general = parser.add_argument_group("general")
-    if command != "demo":
+    if command not in ("demo", "gui"):
         general.add_argument("--json", action="store_true", help="print the result as JSON on stdout")
     general.add_argument("--quiet", action="store_true", help="no notes, no progress, no report")
     general.add_argument("--debug", action="store_true", help="show the traceback of an error")
@@ -317,6 +320,7 @@ class _Run:
             "demo": self.demo,
             "quality": self.quality,
             "compare": self.compare,
+            "gui": self.gui,
             "warm-up": self.warm_up,
         }.get(command, self.filter)
         # The demo announces its kernels itself.
@@ -372,6 +376,14 @@ class _Run:
         if not self._json(algorithm.figures) and not self.options.quiet:
             self.talk.clear()
             print(getattr(algorithm, "report", None) or _lines(algorithm.figures))
+
+    def gui(self) -> None:
+        from importlib import import_module
+
+        # Ctrl-C closes the window, which asks about what is not saved.
+        self.interruption.committed = True
+        # By name: the application is above the command line, and need not be installed.
+        import_module("vtksmooth_gui.app").start(self.options.meshes)
 
     def warm_up(self) -> None:
         from . import warm_up

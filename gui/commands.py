@@ -1,0 +1,96 @@
+"""Every command of the application, declared once: menus, tool bar, keys and cheat sheet come from here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .model.overlays import OVERLAYS
+
+
+@dataclass(frozen=True)
+class Command:
+    """Something that a user can ask for.
+
+    Attributes
+    ----------
+    id : str
+        A controller has a method of this name.
+    title : str
+    menu : str
+        Menu that it is in; "Filters > More" would be a submenu.
+    key : str
+        Its shortcut, as Qt writes it.
+    tip : str
+        What it does, if the title does not say it all.
+    checked : bool or None
+        None: no switch; otherwise its first position.
+    group : str
+        Of the switches of one group exactly one is on.
+    tool : bool
+        Whether it is in the tool bar.
+    """
+
+    id: str
+    title: str
+    menu: str
+    key: str = ""
+    tip: str = ""
+    checked: bool | None = None
+    group: str = ""
+    tool: bool = False
+
+
+def overlay_id(overlay: str) -> str:
+    """Return the id of the command that shows an overlay."""
+    return f"overlay_{overlay.replace('-', '_')}"
+
+
+COMMANDS: tuple[Command, ...] = (
+    Command("open", "Open…", "File", "Ctrl+O", "Open meshes, each as a layer", tool=True),
+    Command("save", "Save", "File", "Ctrl+S", "Write the active layer to its file", tool=True),
+    Command("save_as", "Save As…", "File", "Ctrl+Shift+S", "Write the active layer to another file"),
+    Command("close_layer", "Close Layer", "File", "Ctrl+W", "Close the active layer; undo brings it back"),
+    Command("screenshot", "Screenshot…", "File", "F12", "Picture of the view, of any size"),
+    Command("quit", "Quit", "File", "Ctrl+Q"),
+    Command("undo", "Undo", "Edit", "Ctrl+Z", tool=True),
+    Command("redo", "Redo", "Edit", "Ctrl+Shift+Z", tool=True),
+    Command("copy_numbers", "Copy Numbers as Markdown", "Edit", "Ctrl+Shift+C"),
+    Command("copy_script", "Copy Log as Python", "Edit", "Ctrl+Shift+L"),
+    Command("memory_limit", "Memory of the History…", "Edit"),
+    Command("toggle_before", "Before", "View", "Space", "Show the mesh as it was before", False, tool=True),
+    Command("split", "Split View", "View", "S", "Before and after side by side", False, tool=True),
+    Command("swipe", "Swipe", "View", "X", "Before and after, left and right of a line", False, tool=True),
+    Command("frame", "Frame", "View", "F", "Bring the whole mesh into view", tool=True),
+    Command("edges", "Edges", "View", "E", "Show the edges of the faces", True, tool=True),
+    Command("bad_faces", "Outline Bad Faces", "View", "B", "Outline faces worse than bad", False, tool=True),
+    Command("bands", "Colour Bands", "View", "G", "Four colours, cut at the thresholds", False),
+    Command("parallel", "Parallel Projection", "View", "P", checked=False),
+    Command("dark", "Dark", "View", "Ctrl+D", "Light or dark", False),
+    *(
+        Command(f"view_{name}", f"From {title}", "View > Camera", f"Alt+{number}")
+        for number, (name, title) in enumerate(
+            (("px", "+X"), ("nx", "-X"), ("py", "+Y"), ("ny", "-Y"), ("pz", "+Z"), ("nz", "-Z")), 1
+        )
+    ),
+    Command(overlay_id("none"), "Plain", "Overlay", "0", "No overlay", False, "overlay"),
+    *(
+        Command(
+            overlay_id(one.id), one.title, "Overlay", str(number) if number < 10 else "M", one.help,
+            one is OVERLAYS[0], "overlay",
+        )
+        for number, one in enumerate(OVERLAYS, 1)
+    ),
+    Command("reset_thresholds", "Reset Thresholds", "Overlay", "Ctrl+T", "Good, warning, bad as they were"),
+    Command("papers_bins", "Bins of the Papers", "Overlay", "Ctrl+B", "Histogram of k in six bins", False),
+    Command("lock_brush", "Lock Brush", "Overlay", "L", "Keep the faces that the brush selects", False),
+    Command("next_worst", "Next Worst Face", "Overlay", "W", "Go to the next worst face"),
+    Command("previous_worst", "Previous Worst Face", "Overlay", "Shift+W"),
+    Command("apply", "Apply Filter", "Filters", "Ctrl+Return", "Run the filter on the active layer"),
+    Command("cancel", "Cancel", "Filters", "Esc", "Stop what runs; the mesh stays as it was"),
+    Command("preview", "Live Preview", "Filters", "Ctrl+P", "Show what the filter would do", False),
+    Command("cheat_sheet", "Keyboard Shortcuts", "Help", "H"),
+    Command("about", "About", "Help", tip="Versions, for a report of a defect"),
+)  # fmt: skip
+
+#: The menus in their order.
+MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Help")

@@ -1,0 +1,1 @@
+"""What joins the model and the widgets: jobs, files, filters, display."""

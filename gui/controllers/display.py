@@ -1,0 +1,446 @@
+"""What is shown: overlays, thresholds, before and after, the brush, the worst faces, the figures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from ..commands import overlay_id
+from ..model import numbers, overlays, picking
+from ..model.document import Document
+from ..model.field import Field
+from ..model.layer import Role
+from ..model.overlays import OVERLAYS, Overlay, Subject, Unavailable
+from ..model.selection import face_points, faces_as_mesh
+from ..model.state import State
+from ..settings import Settings
+from ..views import scale
+from ..views.main_window import MainWindow
+from ..views.mesh_view import SINGLE, SPLIT, SWIPE
+from ..views.theme import DARK, LIGHT
+from .files import explain
+from .jobs import Context, Jobs
+
+#: Colour and opacity of the layers that are not worked on.
+_CONTEXT = {
+    Role.MESH: ((0.72, 0.75, 0.80), 1.0),
+    Role.REFERENCE: ((0.55, 0.58, 0.62), 0.45),
+    Role.SPACE: ((0.25, 0.50, 0.80), 0.35),
+}
+_LINES = ((0.1, 0.1, 0.12), 1.0)
+
+_CAMERAS = {
+    "px": ((1, 0, 0), (0, 0, 1)),
+    "nx": ((-1, 0, 0), (0, 0, 1)),
+    "py": ((0, 1, 0), (0, 0, 1)),
+    "ny": ((0, -1, 0), (0, 0, 1)),
+    "pz": ((0, 0, 1), (0, 1, 0)),
+    "nz": ((0, 0, -1), (0, 1, 0)),
+}
+
+
+class Display(QObject):
+    """The commands of the menus View and Overlay."""
+
+    #: The overlay that was asked for is shown (or cannot be).
+    shown = Signal()
+    #: The figures are complete.
+    measured = Signal()
+
+    def __init__(self, document: Document, window: MainWindow, jobs: Jobs, settings: Settings) -> None:
+        super().__init__(window)
+        self._document, self._window, self._jobs, self._settings = document, window, jobs, settings
+        self.overlay: Overlay | None = OVERLAYS[0]
+        self.fields: tuple[Field | None, Field | None] = (None, None)
+        self._preview: State | None = None
+        self._thresholds: dict[str, list[float]] = settings.get("thresholds", {})
+        self.selected: np.ndarray | None = None
+        self._brush: tuple[float, float] | None = None
+        self._framed = False
+        self._brush_timer = QTimer(self, singleShot=True, interval=25)
+        self._brush_timer.timeout.connect(self._select)
+        view = window.view
+        view.pointed.connect(self._probe)
+        view.left.connect(lambda: window.probe.setText(" "))
+        window.colour_bar.edited.connect(self._set_thresholds)
+        window.histogram.brushed.connect(self._brushed)
+        window.worst.chosen.connect(self._go_to_face)
+        document.changed.connect(self.refresh)
+        for id, command in self.commands().items():
+            window.action(id).triggered.connect(command)
+        dark = settings.get("dark", False)
+        window.action("dark").setChecked(dark)
+        for id in ("bands", "edges", "parallel", "bad_faces", "papers_bins"):
+            action = window.action(id)
+            action.setChecked(settings.get(id, action.isChecked()))
+        self.dark()
+        self.edges()
+        self.parallel()
+        self.papers_bins()
+        self.refresh()
+
+    def commands(self) -> dict[str, Any]:
+        """Return commands that differ by an argument only."""
+        found: dict[str, Any] = {
+            overlay_id(one.id): lambda _=False, one=one: self.show_overlay(one) for one in OVERLAYS
+        }
+        found[overlay_id("none")] = lambda _=False: self.show_overlay(None)
+        for name, (direction, up) in _CAMERAS.items():
+            found[f"view_{name}"] = lambda _=False, d=direction, u=up: self._window.view.look_from(d, u)
+        return found
+
+    # -- what is shown -----------------------------------------------------------------------------
+
+    @property
+    def subject(self) -> Subject | None:
+        """What overlays are computed from."""
+        layer = self._document.active
+        state = self._preview or (layer.state if layer is not None else None)
+        if state is None:
+            return None
+        space = self._document.space
+        return Subject(
+            state, self._document.before, space.state if space is not None and space is not layer else None
+        )
+
+    @Slot(object)
+    def set_preview(self, state: State | None) -> None:
+        """Show this instead of the active mesh."""
+        if state is not self._preview:
+            self._preview = state
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Show the document as it is now."""
+        window, document, subject = self._window, self._document, self.subject
+        layer = document.active
+        window.hint.setVisible(subject is None)
+        visible = layer is not None and layer.visible
+        before = document.before
+        window.view.show_meshes(
+            subject.state.mesh if subject and visible else None, before.mesh if before and visible else None
+        )
+        context = {}
+        for other in document.layers:
+            if other is layer or not other.visible or other.state is None:
+                continue
+            colour, opacity = _CONTEXT[other.role] if other.state.n_faces else _LINES
+            context[other] = (other.state.mesh, colour, opacity)
+        window.view.show_context(context)
+        if subject is not None and not self._framed:
+            window.view.look_from((1.0, -1.6, 0.9), (0, 0, 1))
+        self._framed = subject is not None
+        if not window.histogram.locked:
+            window.histogram.set_brush(None)
+        window.view.mark("worst", None)
+        self._show_numbers()
+        self._request()
+
+    def show_overlay(self, one: Overlay | None) -> None:
+        """Show an overlay, or None: the plain mesh."""
+        self.overlay = one
+        window = self._window
+        window.action(overlay_id(one.id if one else "none")).setChecked(True)
+        window.overlays.setCurrentIndex(window.overlays.findData(overlay_id(one.id if one else "none")))
+        if not window.histogram.locked:
+            window.histogram.set_brush(None)
+        window.view.mark("worst", None)
+        self._request()
+
+    def _request(self) -> None:
+        """Show the overlay if its values are there, and have them computed otherwise."""
+        one, subject = self.overlay, self.subject
+        self._jobs.cancel("overlay")
+        if one is None or subject is None:
+            self._show(None, None)
+            self._measure()
+            return
+        before = self._subject_before(one, subject)
+        try:
+            overlays.check_available(one, subject)
+        except Unavailable as reason:
+            self._explain(reason)
+            return
+        fields = (overlays.cached(one, subject), overlays.cached(one, before) if before else None)
+        if fields[0] is not None and (before is None or fields[1] is not None):
+            self._show(*fields)
+            self._measure()
+            return
+
+        def work(context: Context) -> Any:
+            values = overlays.compute(one, subject, context.run)
+            try:
+                values_before = overlays.compute(one, before, context.run) if before else None
+            except Unavailable:
+                values_before = None
+            return one, subject, values, values_before
+
+        job = self._jobs.start("overlay", work)
+        job.done.connect(self._computed)
+        job.failed.connect(self._explain)
+        self._window.statusBar().showMessage(f"Computing {one.title} …")
+
+    @staticmethod
+    def _subject_before(one: Overlay, subject: Subject) -> Subject | None:
+        """Return what the overlay of "before" is computed from; a comparison has none."""
+        if subject.before is None or subject.before is subject.state or one.needs == "before":
+            return None
+        return Subject(subject.before, None, subject.space)
+
+    @Slot(object)
+    def _computed(self, result: Any) -> None:
+        one, subject, after, before = result
+        self._window.statusBar().clearMessage()
+        if one is self.overlay and subject == self.subject:
+            self._show(after, before)
+            self._measure()
+
+    @Slot(object)
+    def _explain(self, reason: Exception) -> None:
+        self._window.statusBar().clearMessage()
+        text = str(reason) if isinstance(reason, Unavailable) else explain(reason)
+        assert self.overlay is not None
+        self._window.notification.say(f"{self.overlay.title}: {text}", "warning")
+        self._show(None, None)
+        self._measure()
+
+    def _show(self, after: Field | None, before: Field | None) -> None:
+        """Colour the meshes and show the values everywhere."""
+        window, one, subject = self._window, self.overlay, self.subject
+        self.fields = (after, before)
+        if one is None or after is None or subject is None:
+            window.view.colour("after", None, None)
+            window.view.colour("before", None, None)
+            window.colour_bar.show_scale(None, "", "", None)
+            window.histogram.show_fields(None, None, "", (0.0, 1.0), ())
+            window.worst.show_field(None, "value")
+            window.view.mark("bad", None)
+            window.view.mark("lines", None)
+        else:
+            window.worst.show_field(after, one.title)
+            window.view.mark("lines", after.lines)
+            self._colour()
+        self.shown.emit()
+
+    def thresholds(self) -> tuple[float, float, float]:
+        """Return good, warning and bad of the overlay that is shown."""
+        one, subject = self.overlay, self.subject
+        assert one is not None
+        assert subject is not None
+        kept = self._thresholds.get(one.id)
+        if kept is None:
+            return one.default_thresholds(subject, self.fields[0])
+        good, warning, bad = (value * self._unit() for value in kept)
+        return good, warning, bad
+
+    def _unit(self) -> float:
+        one, subject = self.overlay, self.subject
+        assert one is not None
+        assert subject is not None
+        return (subject.before or subject.state).diagonal if one.relative else 1.0
+
+    def _colour(self, dragging: bool = False) -> None:
+        """Colour by the values that are there."""
+        window, one = self._window, self.overlay
+        after, before = self.fields
+        if one is None or after is None:
+            return
+        thresholds = self.thresholds()
+        name = self._settings.get("colours", scale.SEQUENTIAL[0])
+        colours = scale.make(one, after, thresholds, name, window.action("bands").isChecked())
+        window.view.colour("after", after, colours)
+        window.view.colour("before", before, colours)
+        unit = "°" if one.unit == "deg" else one.unit
+        window.colour_bar.show_scale(colours, one.title, unit, thresholds)
+        span = (colours.low, colours.high)
+        window.histogram.show_fields(before, after, one.title, span, () if colours.classes else thresholds)
+        if not dragging:
+            self.bad_faces()
+
+    @Slot(tuple, bool)
+    def _set_thresholds(self, values: tuple[float, float, float], dragging: bool) -> None:
+        assert self.overlay is not None
+        unit = self._unit() or 1.0
+        self._thresholds[self.overlay.id] = [value / unit for value in values]
+        self._settings.set("thresholds", self._thresholds)
+        self._colour(dragging)
+
+    # -- figures -----------------------------------------------------------------------------------
+
+    def _measure(self) -> None:
+        """Have the figures computed that are missing; meanwhile show those that are there."""
+        subject = self.subject
+        self._show_numbers()
+        if subject is None:
+            return
+
+        def work(context: Context) -> Any:
+            overlays.summarise(subject, context.run)
+            return subject
+
+        job = self._jobs.start("numbers", work)
+        job.done.connect(self._measured)
+        job.failed.connect(lambda error: None)  # what is wrong with the mesh, the overlay has said
+
+    @Slot(object)
+    def _measured(self, subject: Subject) -> None:
+        if subject == self.subject:
+            self._show_numbers()
+            self.measured.emit()
+
+    def _show_numbers(self) -> None:
+        subject = self.subject
+        self._window.numbers.show_rows(numbers.rows(subject) if subject else [])
+        words = numbers.status(subject) if subject else []
+        if self._preview is not None:
+            words.insert(0, "PREVIEW")
+        self._window.figures.setText("  │  ".join(words))
+
+    # -- commands ----------------------------------------------------------------------------------
+
+    def toggle_before(self) -> None:
+        """Show the mesh before, or after."""
+        self._window.view.set_before(self._window.action("toggle_before").isChecked())
+
+    def split(self) -> None:
+        """Show before and after side by side."""
+        self._set_mode("split", SPLIT, "swipe")
+
+    def swipe(self) -> None:
+        """Show before and after left and right of a line."""
+        self._set_mode("swipe", SWIPE, "split")
+
+    def _set_mode(self, id: str, mode: str, other: str) -> None:
+        on = self._window.action(id).isChecked()
+        if on:
+            self._window.action(other).setChecked(False)
+        self._window.view.set_mode(mode if on else SINGLE)
+
+    def frame(self) -> None:
+        """Bring the whole mesh into view."""
+        subject = self.subject
+        self._window.view.frame(subject.state.bounds if subject else None)
+
+    def edges(self) -> None:
+        """Show or hide the edges."""
+        self._window.view.set_edges(self._window.action("edges").isChecked())
+
+    def bad_faces(self) -> None:
+        """Outline faces beyond the bad threshold, or not."""
+        subject, field, one = self.subject, self.fields[0], self.overlay
+        on = self._window.action("bad_faces").isChecked()
+        if not on or subject is None or field is None or one is None or one.kind == "classes":
+            self._window.view.mark("bad", None)
+            return
+        self._window.view.mark("bad", faces_as_mesh(subject.state, field.faces_beyond(self.thresholds()[2])))
+
+    def bands(self) -> None:
+        """Four colours, or a scale."""
+        self._colour()
+
+    def parallel(self) -> None:
+        """Parallel projection, or perspective."""
+        self._window.view.set_parallel(self._window.action("parallel").isChecked())
+
+    def dark(self) -> None:
+        """Light, or dark."""
+        from PySide6.QtWidgets import QApplication
+
+        theme = DARK if self._window.action("dark").isChecked() else LIGHT
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        application.setPalette(theme.palette())
+        self._window.set_theme(theme)
+
+    def reset_thresholds(self) -> None:
+        """Good, warning and bad as they were."""
+        if self.overlay is not None and self.subject is not None:
+            self._thresholds.pop(self.overlay.id, None)
+            self._settings.set("thresholds", self._thresholds)
+            self._colour()
+
+    def papers_bins(self) -> None:
+        """Show the histogram in the bins of the papers, or in fine ones."""
+        histogram = self._window.histogram
+        histogram.set_brush(None)
+        histogram.papers_bins = self._window.action("papers_bins").isChecked()
+        histogram.draw()
+        self._colour()
+
+    # -- the brush ---------------------------------------------------------------------------------
+
+    @Slot(object)
+    def _brushed(self, span: tuple[float, float] | None) -> None:
+        self._brush = span
+        self._brush_timer.start()
+        if span is None:
+            self._brush_timer.stop()
+            self._select()
+
+    def _select(self) -> None:
+        subject, field = self.subject, self.fields[0]
+        if self._brush is None or subject is None or field is None:
+            self.selected = None
+            self._window.view.mark("brush", None)
+            return
+        low, high = self._brush
+        if self._window.histogram.locked and self.selected is not None:
+            faces = self.selected[self.selected < subject.state.n_faces]
+        else:
+            # The outermost bins hold what lies beyond the scale as well.
+            edges = self._window.histogram.edges()
+            low = -np.inf if low <= edges[0] else low
+            high = np.inf if high >= edges[-1] else high
+            faces = field.faces_between(low, high)
+        self.selected = faces
+        self._window.view.mark("brush", faces_as_mesh(subject.state, faces))
+        self._window.statusBar().showMessage(
+            f"{len(faces):,} of {subject.state.n_faces:,} faces selected", 5000
+        )
+
+    def lock_brush(self) -> None:
+        """Keep the faces selected, whatever is shown."""
+        self._window.histogram.set_locked(self._window.action("lock_brush").isChecked())
+
+    # -- faces -------------------------------------------------------------------------------------
+
+    def next_worst(self) -> None:
+        """Go to the next worst face."""
+        self._window.worst.go(1)
+
+    def previous_worst(self) -> None:
+        """Go to the worst face before."""
+        self._window.worst.go(-1)
+
+    @Slot(object)
+    def _go_to_face(self, face: int | None) -> None:
+        subject = self.subject
+        if face is None or subject is None:
+            self._window.view.mark("worst", None)
+            return
+        corners = face_points(subject.state, face)
+        around = np.roll(corners, -1, axis=0)
+        normal = np.cross(corners - corners[0], around - corners[0]).sum(axis=0)
+        size = 10.0 * float(np.linalg.norm(around - corners, axis=1).max())
+        self._window.view.look_at(corners, normal, size)
+        self._window.view.mark("worst", faces_as_mesh(subject.state, np.array([face])))
+
+    @Slot(object, object, bool)
+    def _probe(self, origin: Any, direction: Any, before: bool) -> None:
+        subject = self.subject
+        if subject is None:
+            return
+        state = subject.before if before and subject.before is not None else subject.state
+        field = self.fields[1] if state is not subject.state else self.fields[0]
+        one = self.overlay
+
+        def work(context: Context) -> str:
+            found = picking.probe(state, origin, direction)
+            if found is None:
+                return " "
+            return found.describe(one.title if one else "", one.unit if one else "", field)
+
+        job = self._jobs.start("probe", work)
+        job.done.connect(self._window.probe.setText)

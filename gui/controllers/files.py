@@ -1,0 +1,165 @@
+"""Opening and saving, in worker threads."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal, Slot
+from PySide6.QtWidgets import QFileDialog
+
+from vtksmooth.errors import VtksmoothError
+from vtksmooth.files import READABLE, WRITABLE, read_surface, write_surface
+
+from ..model.document import Document
+from ..model.layer import Layer
+from ..settings import Settings
+from ..views.main_window import MainWindow
+from .jobs import Context, Job, Jobs
+
+
+def explain(error: Exception) -> str:
+    """Return what went wrong as a sentence for a notification."""
+    text = " ".join(str(error).split()).rstrip(".")
+    if isinstance(error, VtksmoothError):
+        return f"{text}."
+    if isinstance(error, MemoryError):
+        return "Out of memory; close layers, lower the memory of the history, or use a smaller mesh."
+    return f"Unexpected {type(error).__name__}: {text}. Please report it, with what Help > About shows."
+
+
+class Files(QObject):
+    """The commands of the menu File that read and write meshes."""
+
+    #: Files have been read, or could not be.
+    opened = Signal()
+    #: A layer has been written.
+    saved = Signal(object)
+
+    def __init__(self, document: Document, window: MainWindow, jobs: Jobs, settings: Settings) -> None:
+        super().__init__(window)
+        self._document, self._window, self._jobs, self._settings = document, window, jobs, settings
+        self._numbers = itertools.count()
+        window.dropped.connect(self.open_paths)
+        window.recent.aboutToShow.connect(self._list_recent)
+
+    # -- opening -----------------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Ask for files and open them."""
+        patterns = " ".join(f"*{extension}" for extension in READABLE)
+        paths, _ = QFileDialog.getOpenFileNames(
+            self._window,
+            "Open meshes",
+            self._settings.get("folder", ""),
+            f"Meshes ({patterns});;All files (*)",
+        )
+        self.open_paths(paths)
+
+    @Slot(list)
+    def open_paths(self, names: Iterable[str | Path]) -> None:
+        """Open files, each as a layer."""
+        paths = [Path(name) for name in names]
+        if not paths:
+            return
+
+        def read(context: Context) -> list[tuple[Path, Any]]:
+            found: list[tuple[Path, Any]] = []
+            for number, path in enumerate(paths):
+                context.tell(number / len(paths), f"reading {path.name}")
+                try:
+                    found.append((path, read_surface(path)))
+                except Exception as error:
+                    found.append((path, error))
+            return found
+
+        job = self._jobs.start(f"open {next(self._numbers)}", read)
+        job.done.connect(self._read)
+        job.failed.connect(self._failed)
+        self._window.statusBar().showMessage(f"Reading {', '.join(path.name for path in paths)} …")
+
+    @Slot(object)
+    def _read(self, found: list[tuple[Path, Any]]) -> None:
+        self._window.statusBar().clearMessage()
+        said, wrong = [], []
+        for path, result in found:
+            if isinstance(result, Exception):
+                wrong.append(explain(result))
+                self._settings.remove_recent(path)
+                continue
+            mesh, notes = result
+            self._document.open(mesh, path)
+            self._settings.add_recent(path)
+            self._settings.set("folder", str(path.resolve().parent))
+            said += notes
+        if wrong:
+            self._window.notification.say(" ".join(wrong), "error")
+        elif said:
+            self._window.notification.say(" ".join(said))
+        self.opened.emit()
+
+    def _list_recent(self) -> None:
+        menu = self._window.recent
+        menu.clear()
+        for name in self._settings.recent:
+            menu.addAction(name).triggered.connect(partial(self._open_again, name))
+        menu.setEnabled(bool(self._settings.recent))
+
+    def _open_again(self, name: str, *_: Any) -> None:
+        self.open_paths([name])
+
+    # -- saving ------------------------------------------------------------------------------------
+
+    def save(self) -> Job | None:
+        """Write the active layer to its file, or ask for one."""
+        layer = self._document.active
+        if layer is None:
+            return None
+        if layer.path is None or layer.path.suffix.lower() not in WRITABLE:
+            return self.save_as()
+        return self.write(layer, layer.path)
+
+    def save_as(self) -> Job | None:
+        """Ask for a file and write the active layer to it."""
+        layer = self._document.active
+        if layer is None:
+            return None
+        start = layer.path or Path(self._settings.get("folder", "")) / f"{layer.name}.vtp"
+        patterns = ";;".join(f"{extension[1:].upper()} (*{extension})" for extension in WRITABLE)
+        name, _ = QFileDialog.getSaveFileName(
+            self._window,
+            f"Save {layer.name}",
+            str(start),
+            f"All formats (*{' *'.join(WRITABLE)});;{patterns}",
+        )
+        return self.write(layer, Path(name)) if name else None
+
+    def write(self, layer: Layer, path: Path) -> Job:
+        """Write a layer as it is now."""
+        state = layer.state
+        assert state is not None
+
+        def write(context: Context) -> Any:
+            return layer, state, path, write_surface(state.input(), path)
+
+        job = self._jobs.start(f"save {path}", write)
+        job.done.connect(self._written)
+        job.failed.connect(self._failed)
+        return job
+
+    @Slot(object)
+    def _written(self, result: Any) -> None:
+        layer, state, path, notes = result
+        self._document.set_saved(layer, state, path)
+        self._settings.add_recent(path)
+        lost = " " + " ".join(notes) if notes else ""
+        self._window.notification.say(f"Saved {path.name}.{lost}", "warning" if notes else "note")
+        self.saved.emit(layer)
+
+    @Slot(object)
+    def _failed(self, error: Exception) -> None:
+        self._window.statusBar().clearMessage()
+        self._window.notification.say(explain(error), "error")

@@ -1,0 +1,224 @@
+"""Applying filters, and previewing them."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal, Slot
+
+from vtksmooth.filters import Filter
+
+from ..model.document import Document
+from ..model.history import Filtered
+from ..model.layer import Layer
+from ..model.state import State
+from ..settings import Settings
+from ..views.filter_panel import title
+from ..views.main_window import MainWindow
+from .files import explain
+from .jobs import Context, Jobs
+
+#: Larger meshes are previewed when a slider is let go of, not while it moves.
+_LIVE = 100_000
+#: How long to wait for the next change before a preview starts, milliseconds.
+_PAUSE = 150
+
+
+class _Request:
+    """What is to be run: a filter with its parameters, on states."""
+
+    def __init__(self, cls: type[Filter], values: dict[str, Any], layer: Layer, states: list[State]) -> None:
+        self.cls, self.values, self.layer, self.states = cls, values, layer, states
+
+    def work(self, context: Context) -> tuple[_Request, Any, float]:
+        """Run it; the filter belongs to the worker alone until it has ended."""
+        began = time.perf_counter()
+        algorithm = context.run(self.cls(**self.values), *(state.input() for state in self.states))
+        return self, algorithm, time.perf_counter() - began
+
+
+class Filtering(QObject):
+    """The commands of the menu Filters."""
+
+    #: What would come out; None: nothing is previewed.
+    previewed = Signal(object)
+    #: A filter has been applied.
+    applied = Signal()
+
+    def __init__(self, document: Document, window: MainWindow, jobs: Jobs, settings: Settings) -> None:
+        super().__init__(window)
+        self._document, self._window, self._jobs, self._settings = document, window, jobs, settings
+        self._panel = window.filters
+        self._timer = QTimer(self, singleShot=True, interval=_PAUSE)
+        self._timer.timeout.connect(self._start_preview)
+        self._previewed_for: State | None = None
+        self._panel.edited.connect(self._edited)
+        self._panel.chosen.connect(self._chosen)
+        document.changed.connect(self._document_changed)
+        jobs.changed.connect(self._show_state)
+        last = settings.get("filter", "TrapeziumDrawing")
+        for cls in self._panel._filters:
+            if cls.__name__ == last:
+                self._panel.choose(cls)
+        self._recall()
+        self._show_state()
+
+    # -- commands ----------------------------------------------------------------------------------
+
+    def apply(self) -> None:
+        """Run the filter on the active layer."""
+        request = self._request()
+        if request is None:
+            return
+        self._window.action("preview").setChecked(False)
+        self._drop_preview()
+        self.remember()
+        job = self._jobs.start("apply", request.work)
+        job.progressed.connect(self._panel.set_progress)
+        job.done.connect(self._done)
+        job.failed.connect(self._failed)
+        job.stopped.connect(self._stopped)
+        self._panel.set_progress(0.0, f"{title(request.cls)} …")
+        self._show_state()
+
+    def cancel(self) -> None:
+        """Stop what runs."""
+        if self._jobs.busy("apply"):
+            self._jobs.cancel("apply")
+            self._window.notification.say("Cancelled; the mesh is as it was.")
+        elif self._window.action("preview").isChecked():
+            self._window.action("preview").setChecked(False)
+            self._drop_preview()
+
+    def preview(self) -> None:
+        """Begin or end to show what the filter would do."""
+        if self._window.action("preview").isChecked():
+            self._start_preview()
+        else:
+            self._drop_preview()
+
+    # -- a run -------------------------------------------------------------------------------------
+
+    def _request(self) -> _Request | None:
+        layer, panel = self._document.active, self._panel
+        if layer is None or layer.state is None:
+            self._window.notification.say("Open a mesh first.", "warning")
+            return None
+        states = [layer.state]
+        for name, target in zip(panel.inputs, panel.further_inputs(), strict=True):
+            state = target.state if isinstance(target, Layer) else target
+            if state is None:
+                self._window.notification.say(
+                    f"{title(panel.filter)} needs a second mesh, the {name}: open it as a layer.",
+                    "warning",
+                )
+                return None
+            states.append(state)
+        return _Request(panel.filter, panel.values(), layer, states)
+
+    @Slot(object)
+    def _done(self, result: tuple[_Request, Any, float]) -> None:
+        request, algorithm, seconds = result
+        self._panel.set_progress(None)
+        if request.layer.state is not request.states[0]:
+            self._window.notification.say("The mesh has changed meanwhile; nothing was applied.", "warning")
+            return
+        report = str(getattr(algorithm, "report", "") or "")
+        made_by = Filtered(request.cls, request.values, tuple(request.states), seconds, report)
+        outputs = [algorithm.GetOutput(port) for port in range(len(request.cls.outputs))]
+        given = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in request.values.items())
+        name = f"{title(request.cls)} on {request.layer.name}" + (f" ({given})" if given else "")
+        self._document.apply(request.layer, outputs, made_by, name)
+        self._window.notification.say(
+            f"{title(request.cls)}: {report}" if report else f"{title(request.cls)} done in {seconds:.2f} s."
+        )
+        self.applied.emit()
+
+    @Slot(object)
+    def _failed(self, error: Exception) -> None:
+        self._panel.set_progress(None)
+        self._window.notification.say(explain(error), "error")
+
+    @Slot()
+    def _stopped(self) -> None:
+        self._panel.set_progress(None)
+
+    # -- previews ----------------------------------------------------------------------------------
+
+    @Slot(bool)
+    def _edited(self, sliding: bool) -> None:
+        if not self._window.action("preview").isChecked():
+            return
+        layer = self._document.active
+        if sliding and layer is not None and layer.state is not None and layer.state.n_faces > _LIVE:
+            return
+        self._timer.start()
+
+    @Slot()
+    def _start_preview(self) -> None:
+        request = self._request()
+        if request is None:
+            self._window.action("preview").setChecked(False)
+            return
+        self._previewed_for = request.states[0]
+        job = self._jobs.start("preview", request.work)
+        job.progressed.connect(self._panel.set_progress)
+        job.done.connect(self._show_preview)
+        job.failed.connect(self._failed)
+        job.stopped.connect(self._stopped)
+
+    @Slot(object)
+    def _show_preview(self, result: tuple[_Request, Any, float]) -> None:
+        _, algorithm, seconds = result
+        report = str(getattr(algorithm, "report", "") or f"{seconds:.2f} s")
+        self._panel.set_progress(None, f"preview: {report}")
+        self._panel.doing.setToolTip(report)
+        self.previewed.emit(State(algorithm.GetOutput(0)))
+
+    def _drop_preview(self) -> None:
+        self._timer.stop()
+        self._jobs.cancel("preview")
+        self._previewed_for = None
+        self._panel.set_progress(None)
+        self.previewed.emit(None)
+
+    # -- keeping the panel up to date --------------------------------------------------------------
+
+    def _document_changed(self) -> None:
+        document, layer = self._document, self._document.active
+        targets: list[tuple[str, Any]] = []
+        names: list[str] = []
+        if layer is not None and layer.state is not None:
+            others = [other for other in document.layers if other is not layer]
+            space = document.space
+            others.sort(key=lambda other: other is not space)
+            targets = [(other.name, other) for other in others]
+            targets.insert(0 if space is None else 1, (f"{layer.name} as opened", layer.opened))
+            data = layer.state.mesh.GetPointData()
+            names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+        self._panel.set_targets(targets, names)
+        if self._previewed_for is not None and (layer is None or layer.state is not self._previewed_for):
+            self._window.action("preview").setChecked(False)
+            self._drop_preview()
+        self._show_state()
+
+    def _chosen(self) -> None:
+        self._recall()
+        self._document_changed()
+        self._edited(False)
+
+    def remember(self) -> None:
+        """Remember the filter and its parameters."""
+        self._settings.set("filter", self._panel.filter.__name__)
+        self._settings.set(f"parameters/{self._panel.filter.__name__}", self._panel.values())
+
+    def _recall(self) -> None:
+        self._panel.set_values(self._settings.get(f"parameters/{self._panel.filter.__name__}", {}))
+
+    def _show_state(self) -> None:
+        busy = self._jobs.busy("apply")
+        layer = self._document.active
+        self._window.action("apply").setEnabled(not busy and layer is not None)
+        self._window.action("preview").setEnabled(not busy and layer is not None)
+        self._window.action("cancel").setEnabled(busy or self._window.action("preview").isChecked())

@@ -1,0 +1,192 @@
+"""Jobs: work in worker threads, with progress and cancelling.
+
+A job owns its pipeline: it makes its filters, runs them on meshes of its own and hands over what comes
+out. Windows are only touched in their own thread, by signals.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+
+from vtksmooth.errors import Cancelled
+from vtksmooth.kernels.compiled import on_compile
+
+#: What a job does: it is given its context and returns its result.
+Work = Callable[["Context"], Any]
+
+
+class Context:
+    """What a job may do: run filters, tell its progress, learn that it was cancelled."""
+
+    def __init__(self, tell: Callable[[float, str], None]) -> None:
+        self._tell = tell
+        self._lock = threading.Lock()
+        self._running: Any = None
+        self.cancelled = False
+
+    def run(self, algorithm: Any, *meshes: Any) -> Any:
+        """Run a filter of ours on `meshes`, and return the filter."""
+        observer = algorithm.AddObserver(
+            "ProgressEvent",
+            lambda *_: self._tell(algorithm.GetProgress(), algorithm.GetProgressText() or ""),
+        )
+        with self._lock:
+            self.check()
+            self._running = algorithm
+        try:
+            algorithm(*meshes)
+        finally:
+            with self._lock:
+                self._running = None
+            algorithm.RemoveObserver(observer)
+        return algorithm
+
+    def check(self) -> None:
+        """Raise Cancelled if the job was cancelled."""
+        if self.cancelled:
+            raise Cancelled("cancelled")
+
+    def tell(self, fraction: float, what: str) -> None:
+        """Tell the progress, 0 to 1."""
+        self.check()
+        self._tell(fraction, what)
+
+    def cancel(self) -> None:
+        """Ask the job to stop."""
+        with self._lock:
+            self.cancelled = True
+            if self._running is not None:
+                self._running.SetAbortExecute(1)
+
+
+class Job(QObject):
+    """One piece of work.
+
+    Exactly one of `done`, `failed` and `stopped` is emitted, in the thread of the windows; after
+    :meth:`cancel` it is `stopped`, at once: the worker ends as soon as it can, and nobody waits for it.
+    """
+
+    progressed = Signal(float, str)
+    done = Signal(object)
+    failed = Signal(object)
+    stopped = Signal()
+    #: The thread has ended, after a cancel some time later than `stopped`.
+    ended = Signal(object)
+
+    _told = Signal(float, str)
+    _ended = Signal(object, object)
+
+    def __init__(self, work: Work) -> None:
+        super().__init__()
+        self.work = work
+        self.context = Context(self._told.emit)
+        self.over = False
+        self._told.connect(self._progress, Qt.ConnectionType.QueuedConnection)
+        self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
+
+    def cancel(self) -> None:
+        """Stop: the result is not wanted any more."""
+        self.context.cancel()
+        if not self.over:
+            self.over = True
+            self.stopped.emit()
+
+    @Slot(float, str)
+    def _progress(self, fraction: float, what: str) -> None:
+        if not self.over:
+            self.progressed.emit(fraction, what)
+
+    @Slot(object, object)
+    def _end(self, result: Any, error: BaseException | None) -> None:
+        wanted, self.over = not self.over, True
+        if wanted and isinstance(error, Cancelled):
+            self.stopped.emit()
+        elif wanted and error is not None:
+            self.failed.emit(error)
+        elif wanted:
+            self.done.emit(result)
+        self.ended.emit(self)
+
+
+class _Runnable(QRunnable):
+    def __init__(self, job: Job) -> None:
+        super().__init__()
+        self.job = job
+
+    def run(self) -> None:
+        job, result, error = self.job, None, None
+        try:
+            job.context.check()
+            with on_compile(lambda name: job._told.emit(0.0, f"compiling {name}, once per installation")):
+                result = job.work(job.context)
+        except BaseException as raised:  # whatever happens in a worker is told in the window
+            error = raised
+        with contextlib.suppress(RuntimeError):  # the application is gone
+            job._ended.emit(result, error)
+
+
+class Jobs(QObject):
+    """All jobs of a window, in lanes: a new job of a lane takes the place of the one before it.
+
+    Lanes do not wait for each other.
+    """
+
+    #: A lane has begun or ended to be busy.
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._pool = QThreadPool(self)
+        self._pool.setMaxThreadCount(6)
+        self._lanes: dict[str, Job] = {}
+        self._kept: set[Job] = set()
+
+    def start(self, lane: str, work: Work) -> Job:
+        """Cancel what runs in `lane`, and return a job that begins once the caller returns."""
+        self.cancel(lane)
+        job = Job(work)
+        self._lanes[lane] = job
+        for signal in (job.done, job.failed, job.stopped):
+            signal.connect(self._tidy)
+        job.ended.connect(self._release)
+        # A job lives until its thread has ended, wanted or not.
+        self._kept.add(job)
+        self._pool.start(_Runnable(job))
+        self.changed.emit()
+        return job
+
+    def busy(self, lane: str) -> bool:
+        """Return whether a job of `lane` is under way."""
+        return lane in self._lanes and not self._lanes[lane].over
+
+    def cancel(self, lane: str) -> None:
+        """Cancel the job of `lane`, if there is one."""
+        job = self._lanes.pop(lane, None)
+        if job is not None and not job.over:
+            job.cancel()
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is under way, not even what nobody waits for."""
+        return not self._kept and all(job.over for job in self._lanes.values())
+
+    def close(self) -> None:
+        """Cancel everything and wait until the threads have ended."""
+        for lane in list(self._lanes):
+            self.cancel(lane)
+        for job in self._kept:
+            job.context.cancel()
+        self._pool.waitForDone()
+
+    @Slot()
+    def _tidy(self) -> None:
+        self.changed.emit()
+
+    @Slot(object)
+    def _release(self, job: Job) -> None:
+        self._kept.discard(job)

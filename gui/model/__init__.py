@@ -1,0 +1,1 @@
+"""What the application knows, without any widget or picture."""

@@ -1,0 +1,154 @@
+"""The document: layers, which of them is worked on, and their history."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .event import Event
+from .history import Filtered, History, Opened, Step
+from .layer import Layer, Role
+from .state import State
+
+
+class Document:
+    """What is open.
+
+    Attributes
+    ----------
+    active : Layer or None
+        The layer that filters work on and overlays show.
+    history : History
+    changed : Event
+        Meshes, layers or their properties have changed.
+    """
+
+    def __init__(self) -> None:
+        self._layers: list[Layer] = []
+        self.active: Layer | None = None
+        self.history = History()
+        self.changed = Event()
+
+    @property
+    def layers(self) -> list[Layer]:
+        """The open layers, in the order in which they were opened."""
+        return [layer for layer in self._layers if layer.state is not None]
+
+    @property
+    def space(self) -> Layer | None:
+        """The installation space: the last layer of that role."""
+        spaces = [layer for layer in self.layers if layer.role is Role.SPACE]
+        return spaces[-1] if spaces else None
+
+    @property
+    def before(self) -> State | None:
+        """What the active layer is compared with: a reference with its points, or as it was opened."""
+        layer = self.active
+        if layer is None or layer.state is None:
+            return None
+        for other in reversed(self.layers):
+            if (
+                other is not layer
+                and other.role is Role.REFERENCE
+                and other.state is not None
+                and other.state.n_points == layer.state.n_points
+            ):
+                return other.state
+        return layer.opened
+
+    def open(self, mesh: Any, path: Path) -> Layer:
+        """Add a mesh that has been read from `path`."""
+        state = State(mesh)
+        layer = self._new_layer(path.stem, state)
+        layer.path, layer.saved = path, state
+        self._do(Step(f"Open {path.name}", {layer: (None, state)}, Opened(path)))
+        if self.active is None or self.active.role is not Role.MESH:
+            self.active = layer
+        self.changed.emit()
+        return layer
+
+    def apply(self, layer: Layer, outputs: list[Any], made_by: Filtered, title: str) -> None:
+        """Give `layer` the first output of a filter; further outputs become layers."""
+        changes: dict[Layer, tuple[State | None, State | None]] = {layer: (layer.state, State(outputs[0]))}
+        for name, mesh in zip(made_by.cls.outputs[1:], outputs[1:], strict=True):  # type: ignore[attr-defined]
+            state = State(mesh)
+            added = self._new_layer(f"{layer.name} {name}", state)
+            added.role = Role.REFERENCE
+            changes[added] = (None, state)
+        self._do(Step(title, changes, made_by))
+        self.changed.emit()
+
+    def close(self, layer: Layer) -> None:
+        """Take a layer out; undo brings it back."""
+        self._do(Step(f"Close {layer.name}", {layer: (layer.state, None)}))
+        self.changed.emit()
+
+    def undo(self) -> None:
+        """Undo the last step."""
+        if self.history.can_undo:
+            self.go(self.history.index - 1)
+
+    def redo(self) -> None:
+        """Do again what was undone last."""
+        if self.history.can_redo:
+            self.go(self.history.index + 1)
+
+    def go(self, index: int) -> None:
+        """Go back or forth in the history until `index` steps are in effect."""
+        self._set(self.history.go(index))
+        self.changed.emit()
+
+    def activate(self, layer: Layer) -> None:
+        """Work on `layer`."""
+        if layer is not self.active:
+            self.active = layer
+            self.changed.emit()
+
+    def set_role(self, layer: Layer, role: Role) -> None:
+        """Change what a layer is for."""
+        layer.role = role
+        if role is not Role.MESH and layer is self.active:
+            self.active = next((other for other in self.layers if other.role is Role.MESH), layer)
+        self.changed.emit()
+
+    def set_visible(self, layer: Layer, visible: bool) -> None:
+        """Show or hide a layer."""
+        layer.visible = visible
+        self.changed.emit()
+
+    def set_saved(self, layer: Layer, state: State, path: Path) -> None:
+        """Note that `state` of `layer` has been written to `path`."""
+        layer.saved, layer.path = state, path
+        self.changed.emit()
+
+    def set_memory_limit(self, limit: int) -> None:
+        """Set how many bytes the history may take."""
+        self.history.limit = limit
+        self.history.settle()
+        self.changed.emit()
+
+    def _new_layer(self, name: str, state: State) -> Layer:
+        taken = {layer.name for layer in self._layers}
+        unique, number = name, 2
+        while unique in taken:
+            unique, number = f"{name} {number}", number + 1
+        return Layer(unique, state)
+
+    def _do(self, step: Step) -> None:
+        self._layers += [layer for layer in step.changes if layer not in self._layers]
+        self._set({layer: after for layer, (_, after) in step.changes.items()})
+        self.history.push(step)
+        # Layers of steps that were undone and then overwritten cannot come back.
+        known = {layer for other in self.history.steps for layer in other.changes}
+        self._layers = [layer for layer in self._layers if layer in known]
+
+    def _set(self, states: dict[Layer, State | None]) -> None:
+        for layer, state in states.items():
+            left, layer.state = layer.state, state
+            if left is not None and left is not layer.opened:
+                # What overlays computed is large, and computed again when somebody comes back.
+                left.fields.clear()
+                left.summaries.clear()
+        if self.active is None or self.active.state is None:
+            mesh_first = sorted(self.layers, key=lambda layer: layer.role is not Role.MESH)
+            self.active = mesh_first[0] if mesh_first else None

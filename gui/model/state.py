@@ -1,0 +1,118 @@
+"""States: one mesh as it was at one moment. Nothing of a state ever changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+from vtksmooth.errors import InvalidMeshError
+from vtksmooth.filters.arrays import Surface, points_of, surface_of
+from vtksmooth.filters.base import output_like
+
+from .field import Field
+
+
+@dataclass(eq=False, repr=False)
+class State:
+    """A mesh at one moment.
+
+    Attributes
+    ----------
+    mesh : vtkPolyData
+        Shares with the states before it whatever a filter passed through, so that a state of the history
+        costs its points only.
+    fields : dict
+        Values computed on this mesh for overlays, by what they depend on.
+    summaries : dict
+        Figures computed on this mesh, by what they depend on.
+    """
+
+    mesh: vtkPolyData
+    fields: dict[Any, Field | None] = field(default_factory=dict)
+    summaries: dict[Any, dict[str, Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.mesh = output_like(self.mesh)
+        # VTK computes these when first asked and keeps them: not in two threads at a time.
+        self.bounds = tuple(self.mesh.GetBounds())
+        self.mesh.GetNumberOfCells()
+
+    @property
+    def n_points(self) -> int:
+        """Number of points."""
+        return int(self.mesh.GetNumberOfPoints())
+
+    @property
+    def n_faces(self) -> int:
+        """Number of polygons, with the triangles of strips."""
+        return self.surface.mesh.n_faces if self.surface else 0
+
+    @cached_property
+    def surface(self) -> Surface | None:
+        """The faces, or None where the mesh has none that can be worked on (lines, points)."""
+        try:
+            return surface_of(self.mesh)
+        except InvalidMeshError:
+            return None
+
+    @property
+    def points(self) -> np.ndarray:
+        """The points, (n, 3), never to be written to."""
+        return points_of(self.mesh)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the bounding box's diagonal."""
+        low, high = np.array(self.bounds[::2]), np.array(self.bounds[1::2])
+        return float(np.linalg.norm(high - low)) if (high >= low).all() else 0.0
+
+    @cached_property
+    def memory(self) -> dict[str, int]:
+        """Bytes of every array that this state holds, by the array's identity."""
+        arrays = []
+        if self.mesh.GetPoints():
+            arrays.append(self.mesh.GetPoints().GetData())
+        for cells in (
+            self.mesh.GetVerts(),
+            self.mesh.GetLines(),
+            self.mesh.GetPolys(),
+            self.mesh.GetStrips(),
+        ):
+            if cells.GetNumberOfCells():
+                arrays += [cells.GetConnectivityArray(), cells.GetOffsetsArray()]
+        for data in (self.mesh.GetPointData(), self.mesh.GetCellData()):
+            arrays += [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
+        return {a.__this__: a.GetDataSize() * a.GetDataTypeSize() for a in arrays if a is not None}
+
+    def input(self) -> vtkPolyData:
+        """Return a polydata of its own over the same arrays, for a worker thread."""
+        return output_like(self.mesh)
+
+    def has_same_faces(self, other: State) -> bool:
+        """Return whether `other` has the same points by number and the same faces."""
+        mine, its = self.surface, other.surface
+        if mine is None or its is None or self.n_points != other.n_points or self.n_faces != other.n_faces:
+            return False
+        if self.mesh.GetPolys().GetConnectivityArray() is other.mesh.GetPolys().GetConnectivityArray():
+            return True
+        return np.array_equal(mine.mesh.offsets, its.mesh.offsets) and np.array_equal(
+            mine.mesh.connectivity, its.mesh.connectivity
+        )
+
+    def comparable(self, other: State) -> vtkPolyData | None:
+        """Return `other` as a mesh that this one can be compared with point by point, or None.
+
+        Filters that cut faces keep the points and their order: then it is the points of `other` on the
+        faces of this mesh.
+        """
+        if self.surface is None or self.n_points != other.n_points:
+            return None
+        if self.has_same_faces(other):
+            return other.input()
+        mesh = self.input()
+        mesh.SetPoints(other.mesh.GetPoints())
+        return mesh

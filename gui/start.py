@@ -1,0 +1,44 @@
+"""Qt is set up, the window is opened; imports everything, so it is imported late."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+# VTK's window needs X11, which Wayland desktops have too.
+if sys.platform.startswith("linux") and os.environ.get("DISPLAY"):
+    os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
+os.environ.setdefault("QT_API", "pyside6")
+os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from .controllers.application import Application
+from .settings import Settings
+
+
+def set_up() -> QApplication:
+    """Return Qt's application, with the same look everywhere."""
+    application = QApplication.instance()
+    if not isinstance(application, QApplication):
+        application = QApplication(sys.argv[:1])
+    application.setApplicationName("vtksmooth")
+    application.setStyle("Fusion")
+    return application
+
+
+def run(meshes: list[Path]) -> int:
+    """Open the window with these meshes, and return when it is closed."""
+    qt = set_up()
+    application = Application(Settings())
+    application.window.show()
+    application.files.open_paths(meshes)
+    # Python looks at signals between its own instructions: give it some.
+    signal.signal(signal.SIGINT, lambda *_: application.window.close())
+    beat = QTimer()
+    beat.timeout.connect(lambda: None)
+    beat.start(200)
+    return qt.exec()

@@ -1,0 +1,171 @@
+"""The histogram of an overlay, before and after, with a brush to select faces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyqtgraph
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ..model.field import Field
+from ..model.numbers import BINS
+from .scale import AFTER, BEFORE, THRESHOLDS
+from .theme import Theme
+
+_BINS = 60
+
+
+class _BrushBox(pyqtgraph.ViewBox):  # type: ignore[misc]
+    """Dragging in the plot spans the brush, a click removes it."""
+
+    spanned = Signal(object)
+
+    def mouseDragEvent(self, event: Any, axis: Any = None) -> None:  # noqa: N802
+        event.accept()
+        ends = [self.mapSceneToView(place).x() for place in (event.buttonDownScenePos(), event.scenePos())]
+        self.spanned.emit((min(ends), max(ends)))
+
+    def mouseClickEvent(self, event: Any) -> None:  # noqa: N802
+        event.accept()
+        self.spanned.emit(None)
+
+
+class Histogram(QWidget):
+    """Shares of the faces or points by value."""
+
+    #: The brush covers these values; None: nothing.
+    brushed = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        box = _BrushBox(enableMenu=False)
+        self.plot = pyqtgraph.PlotWidget(viewBox=box)
+        self.plot.setMenuEnabled(False)
+        self.plot.setMouseEnabled(x=False, y=False)
+        self.plot.hideButtons()
+        self.plot.getAxis("left").setLabel("%")
+        self.plot.getAxis("bottom").enableAutoSIPrefix(False)
+        self.plot.getAxis("left").enableAutoSIPrefix(False)
+        self.plot.addLegend(offset=(-10, 5))
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.plot)
+        self.setMinimumHeight(110)
+        self.papers_bins = False
+        self._after: Any = None
+        self._fields: tuple[Field | None, Field | None] = (None, None)
+        self._span = (0.0, 1.0)
+        self.brush = pyqtgraph.LinearRegionItem(brush=QColor(204, 121, 167, 70))
+        self.brush.sigRegionChanged.connect(self._brushed)
+        box.spanned.connect(self.set_brush)
+        self.locked = False
+        self._marks: list[Any] = []
+
+    def show_fields(
+        self,
+        before: Field | None,
+        after: Field | None,
+        title: str,
+        span: tuple[float, float],
+        thresholds: tuple[float, ...],
+    ) -> None:
+        """Show the values of a mesh, and of the one before it, between the ends of `span`."""
+        same = (before, after, span) == (*self._fields, self._span)
+        self._fields, self._span = (before, after), span
+        self._draw_thresholds(thresholds)
+        if same:
+            return
+        self.draw()
+        what = "points" if after is not None and after.on_points else "faces"
+        self.plot.getAxis("bottom").setLabel(title)
+        self.plot.getAxis("left").setLabel(f"% of the {what}")
+
+    def edges(self) -> np.ndarray:
+        """Return the bins' edges."""
+        if self.papers_bins:
+            return np.array(BINS)
+        low, high = self._span
+        for field in self._fields:
+            if field is not None and self._span == (0.0, 1.0) and field.span[0] < 0:
+                low = max(-1.0, field.span[0])
+        return np.linspace(low, high, _BINS + 1)
+
+    def draw(self) -> None:
+        """Draw anew."""
+        for item in [*self.plot.listDataItems()]:
+            self.plot.removeItem(item)
+        edges = self.edges()
+        widths = np.arange(len(edges)) if self.papers_bins else edges
+        for field, name, colour, filled in (
+            (self._fields[1], "after", AFTER, True),
+            (self._fields[0], "before", BEFORE, False),
+        ):
+            if field is None:
+                continue
+            shares = field.histogram(edges)
+            brush = QColor(*colour, 170) if filled else None
+            self.plot.plot(
+                widths, shares, stepMode="center", fillLevel=0 if filled else None, brush=brush,
+                pen=pyqtgraph.mkPen(QColor(*colour), width=2), name=name,
+            )  # fmt: skip
+        ticks = [[(i, f"{edge:g}") for i, edge in enumerate(edges)]] if self.papers_bins else None
+        self.plot.getAxis("bottom").setTicks(ticks)
+        self.plot.setXRange(widths[0], widths[-1], padding=0.01)
+        self.plot.enableAutoRange(axis="y")
+        self._draw_thresholds(())
+
+    def _draw_thresholds(self, thresholds: tuple[float, ...]) -> None:
+        for mark in self._marks:
+            self.plot.removeItem(mark)
+        self._marks = []
+        if self.papers_bins:
+            return
+        for value, colour in zip(thresholds, THRESHOLDS, strict=False):
+            if self._span[0] <= value <= self._span[1]:
+                pen = pyqtgraph.mkPen(QColor(*colour), width=1.5, style=pyqtgraph.QtCore.Qt.PenStyle.DashLine)
+                mark = pyqtgraph.InfiniteLine(value, pen=pen)
+                self._marks.append(mark)
+                self.plot.addItem(mark)
+
+    # -- the brush ---------------------------------------------------------------------------------
+
+    def set_brush(self, span: tuple[float, float] | None) -> None:
+        """Put the brush over these places of the axis; None removes it. A locked brush stays."""
+        if self.locked:
+            return
+        if span is None:
+            if self.brush.scene() is not None:
+                self.plot.removeItem(self.brush)
+            self.brushed.emit(None)
+            return
+        if self.brush.scene() is None:
+            self.plot.addItem(self.brush)
+        self.brush.setRegion(span)
+        self._brushed()
+
+    def _brushed(self, *_: Any) -> None:
+        if self.brush.scene() is None:
+            return
+        low, high = self.brush.getRegion()
+        if self.papers_bins:
+            # The bins are drawn equally wide; what lies between them is in proportion.
+            low, high = np.interp((low, high), np.arange(len(BINS)), BINS)
+        self.brushed.emit((float(low), float(high)))
+
+    def set_locked(self, locked: bool) -> None:
+        """Keep the brush where it is."""
+        self.locked = locked
+        self.brush.setMovable(not locked)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Show light or dark."""
+        self.plot.setBackground(theme.base)
+        for name in ("left", "bottom"):
+            axis = self.plot.getAxis(name)
+            axis.setPen(theme.muted)
+            axis.setTextPen(theme.text_colour)
+        legend = self.plot.getPlotItem().legend
+        legend.setLabelTextColor(theme.text_colour)

@@ -1,0 +1,78 @@
+"""The list of layers: what is open, what it is for, what is shown and worked on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHeaderView, QTreeWidget, QTreeWidgetItem
+
+from ..model.layer import Layer, Role
+
+
+class LayerList(QTreeWidget):
+    """Layers; the tick shows or hides, a click makes a layer the active one."""
+
+    activated_layer = Signal(object)
+    visibility_asked = Signal(object, bool)
+    role_asked = Signal(object, object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setHeaderLabels(["Layer", "Role"])
+        self.setRootIsDecorated(False)
+        self.setMinimumHeight(70)
+        self.header().setStretchLastSection(False)
+        self.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        self.itemChanged.connect(self._changed)
+        self.itemClicked.connect(lambda item, _: self.activated_layer.emit(self._layers[self._row(item)]))
+        self._layers: list[Layer] = []
+
+    def show_layers(self, layers: list[Layer], active: Layer | None) -> None:
+        """Show the layers."""
+        self.blockSignals(True)
+        if layers != self._layers:
+            self._layers = list(layers)
+            self.clear()
+            for layer in layers:
+                self._add(layer)
+        for row, layer in enumerate(layers):
+            item = self.topLevelItem(row)
+            assert item is not None
+            assert layer.state is not None
+            item.setText(0, layer.name + (" *" if layer.unsaved else ""))
+            item.setCheckState(0, Qt.CheckState.Checked if layer.visible else Qt.CheckState.Unchecked)
+            font = item.font(0)
+            font.setBold(layer is active)
+            item.setFont(0, font)
+            saved = " (not saved)" if layer.unsaved else ""
+            item.setToolTip(
+                0,
+                f"{layer.path or layer.name}{saved}: {layer.state.n_points:,} points, "
+                f"{layer.state.n_faces:,} faces",
+            )
+            box: Any = self.itemWidget(item, 1)
+            box.setCurrentText(layer.role.value)
+        self.blockSignals(False)
+
+    def _add(self, layer: Layer) -> None:
+        item = QTreeWidgetItem([layer.name, ""])
+        item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+        self.addTopLevelItem(item)
+        box = QComboBox()
+        box.addItems([role.value for role in Role])
+        box.setToolTip("Mesh: worked on. Reference: compared with. Installation space: to stay inside of.")
+        box.activated.connect(
+            lambda _, layer=layer, box=box: self.role_asked.emit(layer, Role(box.currentText()))
+        )
+        self.setItemWidget(item, 1, box)
+
+    def _row(self, item: QTreeWidgetItem) -> int:
+        return self.indexOfTopLevelItem(item)
+
+    def _changed(self, item: QTreeWidgetItem, column: int) -> None:
+        layer = self._layers[self._row(item)]
+        visible = item.checkState(0) == Qt.CheckState.Checked
+        if column == 0 and visible != layer.visible:
+            self.visibility_asked.emit(layer, visible)

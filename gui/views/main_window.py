@@ -1,0 +1,229 @@
+"""The main window: all widgets in their places, and the actions made from the table of commands."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDockWidget,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QSplitter,
+    QToolBar,
+    QVBoxLayout,
+    QWidget,
+)
+
+from vtksmooth.filters import FILTERS
+
+from ..commands import COMMANDS, MENUS, overlay_id
+from ..model.overlays import OVERLAYS
+from ..settings import Settings
+from .colour_bar import ColourBar
+from .filter_panel import FilterPanel
+from .histogram import Histogram
+from .history_list import HistoryList
+from .layer_list import LayerList
+from .log import Log
+from .mesh_view import MeshView
+from .notification import Notification
+from .numbers_table import NumbersTable
+from .theme import Theme
+from .worst_list import WorstList
+
+
+class MainWindow(QMainWindow):
+    """The window."""
+
+    #: Files have been dropped on the window: their paths.
+    dropped = Signal(list)
+    #: The window is to be closed; whoever listens may call `event.ignore()`.
+    closing = Signal(object)
+
+    def __init__(self, settings: Settings) -> None:
+        super().__init__()
+        self.setWindowTitle("vtksmooth")
+        self.setAcceptDrops(True)
+        self.settings = settings
+        self.actions_by_id: dict[str, QAction] = {}
+        self.menus: dict[str, QMenu] = {}
+        self.groups: dict[str, QActionGroup] = {}
+        self._make_actions()
+        self.view = MeshView()
+        self.colour_bar = ColourBar()
+        self.notification = Notification()
+        self.layers = LayerList()
+        action = self.action
+        self.filters = FilterPanel(FILTERS, action("apply"), action("cancel"), action("preview"))
+        self.histogram, self.worst = Histogram(), WorstList()
+        self.history, self.log = HistoryList(), Log()
+        self.numbers = NumbersTable(action("copy_numbers"))
+        self.hint = QLabel(
+            "Drop a mesh here, or open one with Ctrl+O", alignment=Qt.AlignmentFlag.AlignCenter
+        )
+        self.overlays = QComboBox()
+        self.overlays.setToolTip("What is shown on the mesh")
+        self._arrange()
+        self._make_tool_bar()
+        self.resize(1600, 950)
+        geometry, state = settings.layout("geometry"), settings.layout("state")
+        if geometry is not None and state is not None:
+            self.restoreGeometry(geometry)
+            self.restoreState(state)
+
+    def action(self, id: str) -> QAction:
+        """Return the action of a command."""
+        return self.actions_by_id[id]
+
+    # -- making it ---------------------------------------------------------------------------------
+
+    def _make_actions(self) -> None:
+        for menu in MENUS:
+            self.menus[menu] = self.menuBar().addMenu(menu)
+        for command in COMMANDS:
+            action = QAction(command.title, self)
+            action.setObjectName(command.id)
+            if command.key:
+                action.setShortcut(QKeySequence(command.key))
+            tip = command.tip or command.title.rstrip("…")
+            action.setToolTip(tip)
+            action.setStatusTip(tip)
+            if command.checked is not None:
+                action.setCheckable(True)
+                action.setChecked(command.checked)
+            if command.group:
+                group = self.groups.setdefault(command.group, QActionGroup(self))
+                group.addAction(action)
+            self._menu(command.menu).addAction(action)
+            self.actions_by_id[command.id] = action
+            self.addAction(action)
+        self.recent = QMenu("Open Recent", self)
+        self.menus["File"].insertMenu(self.action("save"), self.recent)
+
+    def _menu(self, path: str) -> QMenu:
+        if path not in self.menus:
+            parent, _, name = path.rpartition(" > ")
+            self.menus[path] = self._menu(parent).addMenu(name)
+        return self.menus[path]
+
+    def _make_tool_bar(self) -> None:
+        bar = QToolBar("Tools")
+        bar.setObjectName("tools")
+        bar.setMovable(False)
+        bar.setIconSize(QSize(16, 16))
+        for one in (None, *OVERLAYS):
+            id = overlay_id(one.id if one else "none")
+            self.overlays.addItem(one.title if one else "Plain", id)
+        self.overlays.activated.connect(lambda row: self.action(self.overlays.itemData(row)).trigger())
+        self.groups["overlay"].triggered.connect(
+            lambda action: self.overlays.setCurrentIndex(self.overlays.findData(action.objectName()))
+        )
+        checked = self.groups["overlay"].checkedAction()
+        self.overlays.setCurrentIndex(self.overlays.findData(checked.objectName() if checked else None))
+        menu = ""
+        for command in COMMANDS:
+            if not command.tool:
+                continue
+            if menu and command.menu != menu:
+                bar.addSeparator()
+            if menu == "Edit" and command.menu == "View":
+                bar.addWidget(QLabel(" Overlay "))
+                bar.addWidget(self.overlays)
+                bar.addSeparator()
+            menu = command.menu
+            action = self.action(command.id)
+            bar.addAction(action)
+            key = (
+                f" ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})"
+                if command.key
+                else ""
+            )
+            bar.widgetForAction(action).setToolTip(f"{action.toolTip()}{key}")
+        self.addToolBar(bar)
+
+    def _arrange(self) -> None:
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.notification)
+        row = QHBoxLayout()
+        row.setSpacing(0)
+        row.addWidget(self.view, 1)
+        row.addWidget(self.colour_bar)
+        column.addLayout(row, 1)
+        column.addWidget(self.hint)
+        self.probe = QLabel(" ")
+        self.probe.setContentsMargins(6, 2, 6, 2)
+        column.addWidget(self.probe)
+        self.setCentralWidget(centre)
+        left = QSplitter(Qt.Orientation.Vertical)
+        left.addWidget(self.layers)
+        left.addWidget(self.filters)
+        left.setStretchFactor(1, 1)
+        left.setSizes([130, 700])
+        area = Qt.DockWidgetArea
+        self.setCorner(Qt.Corner.BottomLeftCorner, area.LeftDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, area.RightDockWidgetArea)
+        self.docks = {
+            name: self._dock(name, widget, where)
+            for name, widget, where in (
+                ("Layers and filter", left, area.LeftDockWidgetArea),
+                ("History", self.history, area.RightDockWidgetArea),
+                ("Numbers", self.numbers, area.RightDockWidgetArea),
+                ("Log", self.log, area.RightDockWidgetArea),
+                ("Histogram", self.histogram, area.BottomDockWidgetArea),
+                ("Worst faces", self.worst, area.BottomDockWidgetArea),
+            )
+        }
+        docks = self.docks
+        self.resizeDocks(
+            [docks["Layers and filter"], docks["History"]], [310, 340], Qt.Orientation.Horizontal
+        )
+        self.resizeDocks(
+            [docks["History"], docks["Numbers"], docks["Log"]], [170, 420, 150], Qt.Orientation.Vertical
+        )
+        self.resizeDocks([docks["Histogram"], docks["Worst faces"]], [700, 230], Qt.Orientation.Horizontal)
+        self.resizeDocks([docks["Histogram"]], [190], Qt.Orientation.Vertical)
+        windows = self.menus["View"].addMenu("Panels")
+        for dock in docks.values():
+            windows.addAction(dock.toggleViewAction())
+        self.figures = QLabel()
+        self.statusBar().addPermanentWidget(self.figures)
+
+    def _dock(self, name: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
+        dock = QDockWidget(name, self)
+        dock.setObjectName(name)
+        dock.setWidget(widget)
+        self.addDockWidget(area, dock)
+        return dock
+
+    # -- its own doings ----------------------------------------------------------------------------
+
+    def set_theme(self, theme: Theme) -> None:
+        """Show light or dark."""
+        self.view.set_theme(theme)
+        self.histogram.set_theme(theme)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
+        """Take files."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:  # noqa: N802
+        """Hand over the files dropped."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        event.acceptProposedAction()
+        self.dropped.emit(paths)
+
+    def closeEvent(self, event: QCloseEvent) -> None:  # noqa: N802
+        """Ask whether the window may close, and let go of the graphics."""
+        self.closing.emit(event)
+        if event.isAccepted():
+            self.settings.set_layout("geometry", self.saveGeometry())
+            self.settings.set_layout("state", self.saveState())
+            self.settings.save()
+            self.view.close_view()

@@ -1,0 +1,46 @@
+"""Notifications: one line over the view that says what happened, and gets in nobody's way."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton
+
+_STAY = {"note": 8_000, "warning": 15_000, "error": 0}
+_LOOK = {"note": "#0b6fa4", "warning": "#9a6700", "error": "#b3261e"}
+
+
+class Notification(QFrame):
+    """A line with a close button; errors stay until they are closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.label = QLabel(wordWrap=True)
+        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        close = QToolButton(autoRaise=True)
+        close.setText("✕")
+        close.clicked.connect(self.hide)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(10, 4, 6, 4)
+        layout.addWidget(self.label, 1)
+        layout.addWidget(close)
+        self._timer = QTimer(self, singleShot=True)
+        self._timer.timeout.connect(self.hide)
+        self.level = ""
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What is said, or an empty text."""
+        return "" if self.isHidden() else self.label.text()
+
+    def say(self, text: str, level: str = "note") -> None:
+        """Show a "note", a "warning" or an "error"."""
+        self.level = level
+        self.label.setText(text)
+        self.setStyleSheet(
+            f"Notification {{ background: {_LOOK[level]}; }} QLabel, QToolButton {{ color: white; }}"
+        )
+        self.show()
+        self._timer.stop()
+        if _STAY[level]:
+            self._timer.start(_STAY[level])

@@ -1,0 +1,55 @@
+"""The list of the worst faces."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+
+from ..model.field import Field
+
+
+class WorstList(QTableWidget):
+    """The worst faces by the overlay's values, the worst first."""
+
+    #: A face has been chosen, or None.
+    chosen = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__(0, 2)
+        self.setHorizontalHeaderLabels(["face", "value"])
+        self.verticalHeader().hide()
+        self.verticalHeader().setDefaultSectionSize(20)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        self.itemSelectionChanged.connect(self._chosen)
+        self._field: Field | None = None
+
+    def show_field(self, field: Field | None, title: str) -> None:
+        """List the worst faces of a field."""
+        if field is self._field:
+            return
+        self._field = field
+        self.blockSignals(True)
+        self.clearSelection()
+        self.setCurrentItem(None)  # type: ignore[call-overload]
+        faces = [] if field is None else field.worst.tolist()
+        self.setRowCount(len(faces))
+        for row, face in enumerate(faces):
+            assert field is not None
+            self.setItem(row, 0, QTableWidgetItem(f"{face}"))
+            self.setItem(row, 1, QTableWidgetItem(f"{field.of_faces[face]:.4g}"))
+        self.setHorizontalHeaderLabels(["face", title])
+        self.blockSignals(False)
+
+    def go(self, steps: int) -> None:
+        """Choose the next face, or with -1 the one before."""
+        if self.rowCount():
+            row = self.currentRow()
+            self.selectRow(0 if row < 0 else (row + steps) % self.rowCount())
+
+    def _chosen(self) -> None:
+        rows = self.selectionModel().selectedRows()
+        face = None if not rows or self._field is None else int(self._field.worst[rows[0].row()])
+        self.chosen.emit(face)

@@ -1,0 +1,159 @@
+"""Windows for tests: real ones, on a display; without Qt or a display the tests on them are skipped."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+#: Where set, a missing window is a failure: continuous integration must not skip these tests.
+NEEDED = bool(os.environ.get("VTKSMOOTH_NEED_WINDOWS"))
+
+
+def missing():
+    """Return why no window can be opened here, or ''."""
+    for package in ("PySide6", "pyvistaqt", "pyqtgraph", "pytestqt"):
+        try:
+            __import__(package)
+        except ImportError:
+            return f"{package} is not installed; install vtksmooth[dev]"
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        return "there is no display; run the tests with xvfb-run"
+    return ""
+
+
+class User:
+    """What a user does with the application, and what is seen."""
+
+    def __init__(self, application, qtbot):
+        self.application, self.qtbot = application, qtbot
+        self.window, self.document = application.window, application.document
+        self.display, self.jobs = application.display, application.jobs
+
+    def wait(self, condition=lambda: True, timeout=30_000):
+        """Wait until everything asked for has been done and shown."""
+        self.qtbot.waitUntil(lambda: self.jobs.idle and condition(), timeout=timeout)
+        self.qtbot.wait(1)
+
+    def drop(self, *paths):
+        """Drop files on the window."""
+        from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+        from PySide6.QtGui import QDragEnterEvent, QDropEvent
+        from PySide6.QtWidgets import QApplication
+
+        data = QMimeData()
+        data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+        enter = QDragEnterEvent(
+            QPoint(20, 20), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
+            Qt.KeyboardModifier.NoModifier,
+        )  # fmt: skip
+        QApplication.sendEvent(self.window, enter)
+        assert enter.isAccepted()
+        drop = QDropEvent(
+            QPointF(20, 20), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
+            Qt.KeyboardModifier.NoModifier,
+        )  # fmt: skip
+        QApplication.sendEvent(self.window, drop)
+        self.wait()
+
+    def press(self, key, modifier=None):
+        """Press a key in the window."""
+        from PySide6.QtCore import Qt
+
+        with self.qtbot.waitActive(self.window):
+            self.window.activateWindow()
+        self.qtbot.keyClick(self.window, key, modifier or Qt.KeyboardModifier.NoModifier)
+
+    def do(self, command):
+        """Choose a command from the menu, and wait until it is done."""
+        action = self.window.action(command)
+        assert action.isEnabled(), command
+        action.trigger()
+        self.wait()
+
+    def choose(self, cls, **values):
+        """Choose a filter and its parameters."""
+        self.window.filters.choose(cls)
+        self.window.filters.set_values(values)
+
+    def apply(self, cls, **values):
+        """Apply a filter."""
+        self.choose(cls, **values)
+        self.do("apply")
+
+    @property
+    def said(self):
+        """The notification that is shown."""
+        return self.window.notification.text
+
+    @property
+    def mesh(self):
+        """The active mesh."""
+        return self.document.active.state.mesh
+
+
+@pytest.fixture
+def settings_file(tmp_path):
+    return tmp_path / "settings.ini"
+
+
+@pytest.fixture
+def open_window(request, settings_file):
+    """A function that opens the application; all windows are closed at the end."""
+    reason = missing()
+    if reason and NEEDED:
+        pytest.fail(f"Windows are needed here, and {reason}.")
+    if reason:
+        pytest.skip(reason)
+    qtbot = request.getfixturevalue("qtbot")
+    from vtksmooth_gui import start
+    from vtksmooth_gui.controllers.application import Application
+    from vtksmooth_gui.settings import Settings
+
+    start.set_up()
+    opened = []
+
+    def open_application(*paths):
+        application = Application(Settings(settings_file))
+        application.window.resize(1200, 800)
+        application.ask_unsaved = lambda names: True
+        user = User(application, qtbot)
+        opened.append(user)
+        with qtbot.waitExposed(application.window):
+            application.window.show()
+        if paths:
+            application.files.open_paths(paths)
+        user.wait()
+        return user
+
+    yield open_application
+    for user in opened:
+        user.window.close()
+        user.jobs.close()
+
+
+@pytest.fixture
+def user(open_window):
+    return open_window()
+
+
+@pytest.fixture
+def ant():
+    import pyvista as pv
+
+    return Path(pv.examples.antfile)
+
+
+@pytest.fixture
+def big(tmp_path):
+    """A noisy sphere of 20,000 faces: 100,000 iterations on it run long enough to be cancelled."""
+    import numpy as np
+    import pyvista as pv
+
+    from vtksmooth.files import write_surface
+
+    sphere = pv.Sphere(theta_resolution=100, phi_resolution=102)
+    noise = np.random.default_rng(0).normal(scale=0.002, size=sphere.points.shape)
+    sphere.points += noise.astype(np.float32)
+    write_surface(sphere, tmp_path / "big.ply")
+    return tmp_path / "big.ply"

@@ -1,0 +1,157 @@
+"""The model without a window: history, memory, selections."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from hypothesis import given
+from hypothesis import strategies as st
+
+model = pytest.importorskip("vtksmooth_gui.model")
+from vtksmooth_gui.model.document import Document  # noqa: E402
+from vtksmooth_gui.model.field import Field  # noqa: E402
+from vtksmooth_gui.model.history import Filtered  # noqa: E402
+from vtksmooth_gui.model.layer import Role  # noqa: E402
+from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
+from vtksmooth_gui.model.state import State  # noqa: E402
+
+from vtksmooth.filters import LaplacianSmoothing  # noqa: E402
+
+
+def sphere(shift=0.0):
+    mesh = pv.Sphere(theta_resolution=8, phi_resolution=8)
+    mesh.points += np.float32(shift)
+    return mesh
+
+
+def smooth(document, layer, iterations=1):
+    filter = LaplacianSmoothing(iterations=iterations)
+    before = layer.state
+    made_by = Filtered(LaplacianSmoothing, {"iterations": iterations}, (before,))
+    document.apply(layer, [filter(before.input())], made_by, f"{iterations}")
+    return layer.state
+
+
+@given(
+    st.lists(st.sampled_from(["smooth", "undo", "redo", "open", "close", "jump"]), max_size=25), st.randoms()
+)
+def test_going_back_and_forth_gives_the_states_of_that_time(actions, random):
+    document = Document()
+    document.open(sphere(), Path("a.ply"))
+    seen = {document.history.index: [(x, x.state) for x in document.layers]}
+    for action in actions:
+        if action == "smooth" and document.active is not None:
+            smooth(document, document.active)
+        elif action == "open":
+            document.open(sphere(len(seen)), Path("b.ply"))
+        elif action == "close" and document.active is not None:
+            document.close(document.active)
+        elif action == "undo":
+            document.undo()
+        elif action == "redo":
+            document.redo()
+        elif action == "jump":
+            document.go(random.randint(0, len(document.history.steps)))
+        index, now = document.history.index, [(x, x.state) for x in document.layers]
+        if action in ("undo", "redo", "jump"):
+            assert now == seen.get(index, now)
+        else:
+            seen = {i: state for i, state in seen.items() if i < index}
+            seen[index] = now
+        assert document.active is None or document.active in document.layers
+        assert (document.active is None) == (not document.layers)
+
+
+def test_a_state_shares_what_did_not_change():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    first = layer.state
+    second = smooth(document, layer)
+    assert second.mesh.GetPolys().GetConnectivityArray() is first.mesh.GetPolys().GetConnectivityArray()
+    new = set(second.memory) - set(first.memory)
+    assert sum(second.memory[array] for array in new) == first.n_points * 3 * 4
+    # Neither what is shown nor what was opened counts for the history.
+    assert document.history.memory == 0
+    smooth(document, layer)
+    assert document.history.memory == first.n_points * 3 * 4
+
+
+def test_the_memory_limit_gives_up_the_oldest_steps():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    step = layer.state.n_points * 3 * 4
+    document.set_memory_limit(2 * step)
+    for iterations in range(1, 7):
+        smooth(document, layer, iterations)
+        assert document.history.memory <= 2 * step
+    # Of the states between the first and the last, two fit: those after the fourth and the fifth run.
+    assert document.history.first == 5
+    last = layer.state
+    while document.history.can_undo:
+        document.undo()
+    assert document.history.index == document.history.first
+    with pytest.raises(IndexError, match="from 5 to 7"):
+        document.go(1)
+    document.go(7)
+    assert layer.state is last
+
+
+def test_a_reference_with_the_same_points_is_what_before_means():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    other = document.open(sphere(1.0), Path("b.ply"))
+    assert document.active is layer
+    assert document.before is layer.opened
+    document.set_role(other, Role.REFERENCE)
+    assert document.before is other.state
+    document.set_role(layer, Role.SPACE)
+    assert document.space is layer
+
+
+def test_names_of_layers_are_unique():
+    document = Document()
+    names = [document.open(sphere(), Path("a.ply")).name for _ in range(3)]
+    assert names == ["a", "a 2", "a 3"]
+    assert document.layers[1].variable == "a_2"
+
+
+@pytest.mark.parametrize("kind", ["triangles", "mixed"])
+def test_faces_as_a_mesh_have_the_same_corners(kind):
+    faces = [3, 0, 1, 2, 5, 0, 2, 3, 4, 5, 4, 5, 6, 7, 8, 3, 1, 2, 8]
+    points = np.random.default_rng(0).normal(size=(9, 3))
+    mesh = sphere() if kind == "triangles" else pv.PolyData(points, faces=faces)
+    state = State(mesh)
+    faces = np.array([3, 0, 2])
+    found = pv.wrap(faces_as_mesh(state, faces))
+    for number, face in enumerate(faces):
+        assert np.array_equal(found.get_cell(number).points, mesh.get_cell(face).points)
+        assert np.allclose(face_points(state, face), mesh.get_cell(face).points)
+    assert faces_as_mesh(state, np.empty(0, int)).GetNumberOfCells() == 0
+
+
+@given(
+    st.lists(st.floats(-1, 1) | st.just(float("nan")), min_size=1, max_size=40),
+    st.booleans(),
+    st.floats(-1, 1),
+)
+def test_fields_find_what_a_plain_loop_finds(values, low_is_bad, low):
+    values = np.array(values)
+    points = np.zeros((len(values) + 2, 3))
+    points[:, 0] = np.arange(len(points))
+    mesh = pv.PolyData(points, faces=np.array([[3, i, i + 1, i + 2] for i in range(len(values))]).ravel())
+    surface = State(mesh).surface
+    field = Field(values, False, surface, low_is_bad)
+    key = lambda i: (np.isnan(values[i]), values[i] if low_is_bad else -values[i], i)  # noqa: E731
+    order = sorted((i for i in range(len(values))), key=key)
+    real = [i for i in order if not np.isnan(values[i])]
+    assert field.worst.tolist()[: len(real)] == real
+    assert field.faces_between(low, 0.5).tolist() == [i for i, v in enumerate(values) if low <= v <= 0.5]
+    assert field.histogram(np.array([-1.0, 0.0, 1.0])).sum() == pytest.approx(100.0 if real else 0.0)
+    at_points = np.arange(float(len(points)))
+    field = Field(at_points, True, surface, low_is_bad)
+    expected = [
+        min(c) if low_is_bad else max(c) for c in zip(at_points, at_points[1:], at_points[2:], strict=False)
+    ]
+    assert field.of_faces.tolist() == expected
+    assert field.faces_between(1.0, 1.0).tolist() == [i for i in range(len(values)) if i <= 1]
