@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .filters import (
         AngleBasedSmoothing,
         BackToSurfaceSmoothing,
+        ContainmentCheck,
         InstallationSpaceRegions,
         LaplacianSmoothing,
         SurfaceComparison,
@@ -38,6 +39,7 @@ __all__ = [
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "Cancelled",
+    "ContainmentCheck",
     "InstallationSpaceRegions",
     "InvalidMeshError",
     "LaplacianSmoothing",

@@ -38,6 +38,7 @@ COMMANDS = {
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
+    "containment": "count what of a mesh is outside its installation space",
     "gui": "open meshes in the desktop app",
     "warm-up": "compile all kernels now, so that no later run waits",
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from .angle_based_smoothing import AngleBasedSmoothing
 from .back_to_surface_smoothing import BackToSurfaceSmoothing
 from .base import Filter
+from .containment_check import ContainmentCheck
 from .installation_space_regions import InstallationSpaceRegions
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import Parameter
@@ -24,12 +25,14 @@ FILTERS: tuple[type[Filter], ...] = (
     BackToSurfaceSmoothing,
     ValenceTriangulation,
     InstallationSpaceRegions,
+    ContainmentCheck,
 )
 
 __all__ = [
     "FILTERS",
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
+    "ContainmentCheck",
     "Filter",
     "InstallationSpaceRegions",
     "LaplacianSmoothing",

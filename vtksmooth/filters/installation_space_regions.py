@@ -11,7 +11,7 @@ from ..kernels.regions import blend_weights
 from .arrays import surface_of, vtk_array
 from .base import Filter, output_like
 from .parameter import Parameter
-from .signed_distance import SignedDistance, check_sizes
+from .signed_distance import SignedDistance, check_sizes, touching_distance
 from .smoothing import FIXED
 
 BLEND_WEIGHT = "BlendWeight"
@@ -70,9 +70,10 @@ class InstallationSpaceRegions(Filter):
         space = SignedDistance(installation)
         check_sizes(mesh, space.mesh)
         self.notes = space.notes
+        contact = touching_distance(self.contact_fraction, space.mesh, source, installation)
         used = np.unique(mesh.connectivity)
         fixed = np.zeros(mesh.n_points, np.uint8)
-        near = np.abs(space(mesh.points[used])) <= self.contact_fraction * space.mesh.diagonal
+        near = np.abs(space(mesh.points[used])) <= contact
         fixed[used] = near
         self.progress(0.8, "blending")
         weights = blend_weights(mesh, fixed, self.blend_rings)

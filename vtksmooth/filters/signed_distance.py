@@ -13,7 +13,7 @@ from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDista
 from ..errors import InvalidMeshError
 from ..kernels.mesh import Mesh
 from ..kernels.triangulate import triangulate
-from .arrays import surface_of, vtk_points, vtk_triangles
+from .arrays import points_of, surface_of, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
 
@@ -128,6 +128,19 @@ def check_sizes(sim: Mesh, space: Mesh) -> None:
             f"The mesh ({sizes[0]}) is far larger than the installation space ({sizes[1]}) it should fit in; "
             "check their units."
         )
+
+
+def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
+    """Return the distance, model units, within which points of `sources` count as on the `space`.
+
+    `fraction` of the space's diagonal, but no less than what rounding the largest coordinate leaves open.
+    """
+    roundings = [
+        4.0 * np.finfo(points.dtype).eps * np.abs(points[np.isfinite(points)]).max(initial=0.0)
+        for points in map(points_of, sources)
+        if points.dtype.kind == "f"
+    ]
+    return float(max([fraction * space.diagonal, *roundings]))
 
 
 def _used(mesh: Mesh) -> Float64:

@@ -121,8 +121,9 @@ def _build(points, faces, order, centre, low, high, node_low, node_high, node): 
 
 @device
 def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
-    """Closest point of a triangle, by the regions of its plane.
+    """Closest point of a triangle, by the regions of its plane, and its coordinates s and t.
 
+    It is p0 + s (p1 - p0) + t (p2 - p0); at corners and on sides s or t are 0 or 1, or s is 1 - t, exactly.
     C. Ericson, Real-Time Collision Detection (2005), section 5.1.5.
     """
     ox = points[p0, 0]
@@ -190,7 +191,7 @@ def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
         else:
             s = vs / square
             t = vt / square
-    return ox + s * ax + t * bx, oy + s * ay + t * by, oz + s * az + t * bz
+    return ox + s * ax + t * bx, oy + s * ay + t * by, oz + s * az + t * bz, s, t
 
 
 @device
@@ -202,13 +203,19 @@ def _box_square(node_low, node_high, i, x, y, z):  # type: ignore[no-untyped-def
 
 
 @device
-def _query(tree, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
-    """Closest point of the surface and its squared distance; stops as soon as one below `bound` is found."""
+def query(tree, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
+    """Closest point of the surface, its squared distance, its triangle, and s and t in that.
+
+    Stops as soon as a distance below `bound` is found.
+    """
     points, faces, order, node_low, node_high, node = tree
     best = np.inf
     cx = x
     cy = y
     cz = z
+    closest = -1
+    cs = 0.0
+    ct = 0.0
     top = 1
     stack[0] = 0
     while top > 0:
@@ -220,15 +227,18 @@ def _query(tree, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
         if child < 0:
             for k in range(node[i, 0], node[i, 1]):
                 t = order[k]
-                px, py, pz = _closest(points, faces[t, 0], faces[t, 1], faces[t, 2], x, y, z)
+                px, py, pz, ps, pt = _closest(points, faces[t, 0], faces[t, 1], faces[t, 2], x, y, z)
                 square = (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2
                 if square < best:
                     best = square
                     cx = px
                     cy = py
                     cz = pz
+                    closest = t
+                    cs = ps
+                    ct = pt
                     if best <= bound:
-                        return cx, cy, cz, best
+                        return cx, cy, cz, best, closest, cs, ct
             continue
         left = _box_square(node_low, node_high, child, x, y, z)
         right = _box_square(node_low, node_high, child + 1, x, y, z)
@@ -238,7 +248,7 @@ def _query(tree, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
             top += 1
         stack[top] = near
         top += 1
-    return cx, cy, cz, best
+    return cx, cy, cz, best, closest, cs, ct
 
 
 @kernel
@@ -246,7 +256,7 @@ def _closest_points(starts, ends, tree, queries, closest, distance):  # type: ig
     stack = np.empty(128, np.int32)
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
-            x, y, z, square = _query(tree, queries[i, 0], queries[i, 1], queries[i, 2], -1.0, stack)
+            x, y, z, square, _, _, _ = query(tree, queries[i, 0], queries[i, 1], queries[i, 2], -1.0, stack)
             closest[i, 0] = x
             closest[i, 1] = y
             closest[i, 2] = z
@@ -265,7 +275,9 @@ def _limit(starts, ends, tree, points, pinned, limit, proposed):  # type: ignore
             if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             if limit < 0.0:
-                cx, cy, cz, square = _query(tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], -1.0, stack)
+                cx, cy, cz, square, _, _, _ = query(
+                    tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], -1.0, stack
+                )
                 proposed[v, 0] = cx
                 proposed[v, 1] = cy
                 proposed[v, 2] = cz
@@ -282,7 +294,7 @@ def _limit(starts, ends, tree, points, pinned, limit, proposed):  # type: ignore
                 proposed[v, 2] = z + step * dz
                 if attempt == 4:
                     break
-                cx, cy, cz, square = _query(
+                cx, cy, cz, square, _, _, _ = query(
                     tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], limit * limit, stack
                 )
                 if square <= limit * limit:
@@ -297,6 +309,11 @@ class ClosestPoint:
     ----------
     mesh : Mesh
         Polygons are taken as triangles, see :func:`triangles`.
+
+    Attributes
+    ----------
+    tree : tuple of arrays
+        What :func:`query` takes: points, triangles, their order, and the nodes' boxes and contents.
 
     Examples
     --------
@@ -315,20 +332,20 @@ class ClosestPoint:
         size = max(1, 2 * t)
         node_low, node_high, node = np.empty((size, 3)), np.empty((size, 3)), np.empty((size, 3), np.int32)
         nodes = _build(mesh.points, faces, order, *boxes, node_low, node_high, node)
-        self._tree = (mesh.points, faces, order, node_low[:nodes], node_high[:nodes], node[:nodes])
+        self.tree = (mesh.points, faces, order, node_low[:nodes], node_high[:nodes], node[:nodes])
 
     def query(self, queries: npt.ArrayLike) -> tuple[Float64, Float64]:
         """Return the closest points (q, 3) and their distances (q,) of (q, 3) `queries`."""
         queries = np.ascontiguousarray(queries, dtype=np.float64)
         closest, distance = np.empty_like(queries), np.empty(len(queries))
         parallel.run(
-            _closest_points, *parallel.ranges(len(queries), 1024), self._tree, queries, closest, distance
+            _closest_points, *parallel.ranges(len(queries), 1024), self.tree, queries, closest, distance
         )
         return closest, distance
 
     def project(self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, proposed: Float64) -> None:
         """Replace the targets that differ from `points` by the closest points of the surface."""
-        parallel.run(_limit, starts, ends, self._tree, points, pinned, -1.0, proposed)
+        parallel.run(_limit, starts, ends, self.tree, points, pinned, -1.0, proposed)
 
     def limit(
         self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, distance: float, proposed: Float64
@@ -337,4 +354,4 @@ class ClosestPoint:
 
         What is tried: the whole step, a half, a quarter, an eighth, none.
         """
-        parallel.run(_limit, starts, ends, self._tree, points, pinned, distance, proposed)
+        parallel.run(_limit, starts, ends, self.tree, points, pinned, distance, proposed)

@@ -1,0 +1,136 @@
+"""ContainmentCheck: what is outside is counted, and nothing else."""
+
+from __future__ import annotations
+
+import json
+
+import meshes
+import numpy as np
+import pytest
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+
+from vtksmooth import ContainmentCheck, InvalidMeshError
+from vtksmooth.cli import main
+from vtksmooth.files import write_surface
+from vtksmooth.kernels.mesh import Mesh
+
+NOTHING = {"vertices_outside": 0, "max_outside": 0.0, "triangles_crossing": 0}
+
+
+def check(mesh, space, **parameters):
+    containment = ContainmentCheck(**parameters)
+    result = containment(meshes.polydata(mesh), meshes.polydata(space))
+    return containment.summary, vtk_to_numpy(result.GetPointData().GetArray("SignedDistance"))
+
+
+def moved(mesh, *shift):
+    return mesh.with_points(mesh.points + np.array(shift))
+
+
+def test_inside_and_touching():
+    cube, space = meshes.cube(2), meshes.cube(4)
+    for shift in (0.0, 1.0, 0.5):
+        summary, distances = check(moved(cube, shift, 1, 1), space)
+        assert summary == NOTHING
+        assert distances.max() == pytest.approx(-shift if shift < 1 else -1.0)
+    assert check(space, space)[0] == NOTHING
+
+
+def test_partly_outside():
+    # A block that comes out of one side by a quarter: its outer corners, and the triangles between.
+    cube, space = meshes.cube(2), meshes.cube(4)
+    summary, distances = check(moved(cube, 2.25, 1, 1), space)
+    assert summary["vertices_outside"] == (distances > 0).sum() == 9
+    assert summary["max_outside"] == 0.25
+    # The side faces of the outer layer, four sides of two squares each, cross.
+    assert summary["triangles_crossing"] == 4 * 2 * 2
+
+
+def test_what_vertices_do_not_see():
+    # All vertices lie inside, but an inner corner of the space pierces the long triangle.
+    points = [[0.2, 1.9, 0.5], [1.9, 0.2, 0.5], [0.2, 0.2, 0.5]]
+    summary, _ = check(Mesh.from_faces(points, [[0, 1, 2]]), meshes.l_shape())
+    assert summary == NOTHING | {"triangles_crossing": 1}
+
+
+def test_a_mesh_outside_altogether_crosses_nothing():
+    mesh = meshes.cube(1)
+    summary, _ = check(moved(mesh, 1.2, 1.2, 0), meshes.l_shape())
+    assert summary["vertices_outside"] == 8
+    assert summary["triangles_crossing"] == 0
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+@pytest.mark.parametrize("shift", [0.0, 300.0])
+def test_single_precision_is_not_outside(scale, shift):
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    space = meshes.torus(16, 9, "quads", jitter=0.1)
+    space = space.with_points(scale * (space.points @ turn + shift))
+    rounded = pv.PolyData(meshes.polydata(space))
+    rounded.points = rounded.points.astype(np.float32)
+    containment = ContainmentCheck()
+    containment(rounded, meshes.polydata(space))
+    assert containment.summary["vertices_outside"] == 0
+    assert containment.summary["triangles_crossing"] == 0
+
+
+def test_points_that_no_face_uses_do_not_count():
+    mesh = meshes.isolated_points()
+    space = meshes.cube(5)
+    summary, distances = check(mesh, space.with_points(space.points - [0, 0, 2]))
+    assert summary == NOTHING
+    np.testing.assert_array_equal(np.isnan(distances), ~np.isfinite(mesh.points).all(axis=1))
+
+
+def test_polygons_count_as_triangles():
+    arrow = [[0.5, 0.5, 1], [3.5, 0.5, 1], [1, 1, 1], [0.5, 3.5, 1]]
+    # The concave side of the arrow goes round the column that is not part of the space.
+    space = meshes.voxels([c for c in np.ndindex(4, 4, 2) if c[:2] != (2, 2) and c[:2] != (1, 1)])
+    space = space.with_points(space.points + np.array([0.3, 0.3, 0.0]))
+    for first in range(4):
+        polygon = Mesh.from_faces(np.array(arrow) - [0.1, 0.1, 0], [np.roll(range(4), first)])
+        assert check(polygon, space)[0] == NOTHING
+    assert check(Mesh.from_faces(polygon.points, [[0, 1, 3]]), space)[0]["triangles_crossing"] == 1
+
+
+def test_blocks_have_one_space():
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, meshes.polydata(meshes.cube(1)))
+    cube = meshes.cube(1)
+    blocks.SetBlock(1, meshes.polydata(moved(cube, 1.5, 0, 0)))
+    result = ContainmentCheck()(blocks, meshes.polydata(meshes.cube(2)))
+    counts = [result.GetBlock(i).GetFieldData().GetArray("VerticesOutside").GetValue(0) for i in (0, 1)]
+    assert counts == [0, 4]
+
+
+def test_command_prints_exactly_the_contract_and_succeeds(tmp_path, capsys):
+    cube, space = meshes.cube(2), meshes.cube(4)
+    write_surface(meshes.polydata(moved(cube, 2.25, 1, 1)), tmp_path / "sim.vtp")
+    write_surface(meshes.polydata(space), tmp_path / "inst.vtp")
+    paths = [str(tmp_path / "sim.vtp"), str(tmp_path / "inst.vtp")]
+    assert main(["containment", *paths, "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"vertices_outside": 9, "max_outside": 0.25, "triangles_crossing": 16}
+    assert "note" not in err
+    assert main(["containment", *paths]) == 0
+    assert "9" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("mesh", "space", "message"),
+    [
+        (meshes.polydata(meshes.cube(1)), vtkPolyData(), "installation space is no usable surface"),
+        (vtkPolyData(), meshes.polydata(meshes.cube(1)), "empty"),
+        (meshes.polydata(meshes.folded_quads()), meshes.polydata(meshes.cube(9)), "cross themselves"),
+        (
+            meshes.polydata(meshes.cube(1).with_points(1e3 * meshes.cube(1).points)),
+            meshes.polydata(meshes.cube(1)),
+            "check their units",
+        ),
+    ],
+)
+def test_bad_input(mesh, space, message):
+    with pytest.raises(InvalidMeshError, match=message):
+        ContainmentCheck()(mesh, space)

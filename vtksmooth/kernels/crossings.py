@@ -1,0 +1,227 @@
+"""Triangles that cross another surface: the exact test behind containment."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import parallel
+from .closest_point import FLAT, ClosestPoint
+from .compiled import device, kernel
+
+Bool = npt.NDArray[np.bool_]
+Float64 = npt.NDArray[np.float64]
+Int32 = npt.NDArray[np.int32]
+
+#: Part of the tolerance by which a triangle is moved along its normal. A surface that is folded along one
+#: of its sides comes into the moved triangle, by half the tolerance where the fold is of 30 degrees.
+LIFT = 0.125
+
+
+@device
+def _covering_radius(points, p, q, r):  # type: ignore[no-untyped-def]
+    # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3): where it is
+    # acute that is the greatest circumradius for this side; elsewhere its height cuts it into two right
+    # triangles, whose points are within half a side of a corner.
+    longest = 0.0
+    for side in range(3):
+        a = p if side == 0 else (q if side == 1 else r)
+        b = q if side == 0 else (r if side == 1 else p)
+        square = 0.0
+        for axis in range(3):
+            square += (points[a, axis] - points[b, axis]) ** 2
+        longest = max(longest, square)
+    return np.sqrt(longest / 3.0)
+
+
+@device
+def _pierces(points, p, q, r, normal, lift, others, u, v, w, margin):  # type: ignore[no-untyped-def]
+    """Whether the triangle (u, v, w) of `others` crosses (p, q, r) moved by `lift` along its unit normal.
+
+    Its segment in the plane must have a part that lies deeper inside than `margin` from all three sides.
+    """
+    # Heights of the corners above the moved plane.
+    heights = (
+        _height(others, u, points, p, normal) - lift,
+        _height(others, v, points, p, normal) - lift,
+        _height(others, w, points, p, normal) - lift,
+    )
+    if (heights[0] > 0.0) == (heights[1] > 0.0) and (heights[1] > 0.0) == (heights[2] > 0.0):
+        return False
+    # Where two sides pass through the plane: the ends of the segment.
+    ax = 0.0
+    ay = 0.0
+    az = 0.0
+    bx = 0.0
+    by = 0.0
+    bz = 0.0
+    found = 0
+    for side in range(3):
+        i = u if side == 0 else (v if side == 1 else w)
+        j = v if side == 0 else (w if side == 1 else u)
+        hi = heights[0] if side == 0 else (heights[1] if side == 1 else heights[2])
+        hj = heights[1] if side == 0 else (heights[2] if side == 1 else heights[0])
+        if (hi > 0.0) == (hj > 0.0):
+            continue
+        s = hi / (hi - hj)
+        x = others[i, 0] + s * (others[j, 0] - others[i, 0])
+        y = others[i, 1] + s * (others[j, 1] - others[i, 1])
+        z = others[i, 2] + s * (others[j, 2] - others[i, 2])
+        if found == 0:
+            ax = x
+            ay = y
+            az = z
+        else:
+            bx = x
+            by = y
+            bz = z
+        found += 1
+    # Cut the segment by the three sides, each moved inwards by the margin.
+    low = 0.0
+    high = 1.0
+    for side in range(3):
+        i = p if side == 0 else (q if side == 1 else r)
+        j = q if side == 0 else (r if side == 1 else p)
+        ex = points[j, 0] - points[i, 0]
+        ey = points[j, 1] - points[i, 1]
+        ez = points[j, 2] - points[i, 2]
+        # Inwards: normal x side, of unit length.
+        ix = normal[1] * ez - normal[2] * ey
+        iy = normal[2] * ex - normal[0] * ez
+        iz = normal[0] * ey - normal[1] * ex
+        length = np.sqrt(ix * ix + iy * iy + iz * iz)
+        da = ((ax - points[i, 0]) * ix + (ay - points[i, 1]) * iy + (az - points[i, 2]) * iz) / length
+        db = ((bx - points[i, 0]) * ix + (by - points[i, 1]) * iy + (bz - points[i, 2]) * iz) / length
+        da -= margin
+        db -= margin
+        if da <= 0.0 and db <= 0.0:
+            return False
+        if da < 0.0:
+            low = max(low, da / (da - db))
+        elif db < 0.0:
+            high = min(high, da / (da - db))
+    return low < high
+
+
+@device
+def _height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
+    return (
+        (others[v, 0] - points[p, 0]) * normal[0]
+        + (others[v, 1] - points[p, 1]) * normal[1]
+        + (others[v, 2] - points[p, 2]) * normal[2]
+    )
+
+
+@device
+def crosses(points, p, q, r, tree, tolerance, stack):  # type: ignore[no-untyped-def]
+    """Whether the triangle (p, q, r) crosses the surface of `tree`, by more than touching.
+
+    The surface must cross the triangle both when it is moved a little along its normal and when it is
+    moved the other way: a surface that touches it, or runs along it, crosses in one case at most.
+    """
+    others, faces, order, node_low, node_high, node = tree
+    ax = points[q, 0] - points[p, 0]
+    ay = points[q, 1] - points[p, 1]
+    az = points[q, 2] - points[p, 2]
+    bx = points[r, 0] - points[p, 0]
+    by = points[r, 1] - points[p, 1]
+    bz = points[r, 2] - points[p, 2]
+    nx = ay * bz - az * by
+    ny = az * bx - ax * bz
+    nz = ax * by - ay * bx
+    square = nx * nx + ny * ny + nz * nz
+    if square <= FLAT * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz):
+        return False  # a line: what crosses it crosses the triangles beside it
+    length = np.sqrt(square)
+    normal = (nx / length, ny / length, nz / length)
+    low_x = min(points[p, 0], min(points[q, 0], points[r, 0])) - tolerance
+    low_y = min(points[p, 1], min(points[q, 1], points[r, 1])) - tolerance
+    low_z = min(points[p, 2], min(points[q, 2], points[r, 2])) - tolerance
+    high_x = max(points[p, 0], max(points[q, 0], points[r, 0])) + tolerance
+    high_y = max(points[p, 1], max(points[q, 1], points[r, 1])) + tolerance
+    high_z = max(points[p, 2], max(points[q, 2], points[r, 2])) + tolerance
+    above = False
+    below = False
+    top = 1
+    stack[0] = 0
+    while top > 0:
+        top -= 1
+        i = stack[top]
+        if (
+            node_low[i, 0] > high_x or node_high[i, 0] < low_x
+            or node_low[i, 1] > high_y or node_high[i, 1] < low_y
+            or node_low[i, 2] > high_z or node_high[i, 2] < low_z
+        ):  # fmt: skip
+            continue
+        if node[i, 2] >= 0:
+            stack[top] = node[i, 2]
+            stack[top + 1] = node[i, 2] + 1
+            top += 2
+            continue
+        for k in range(node[i, 0], node[i, 1]):
+            f = order[k]
+            for side in range(2):
+                if above if side == 0 else below:
+                    continue
+                lift = LIFT * tolerance if side == 0 else -LIFT * tolerance
+                if _pierces(
+                    points, p, q, r, normal, lift,
+                    others, faces[f, 0], faces[f, 1], faces[f, 2], tolerance,
+                ):  # fmt: skip
+                    above = above or side == 0
+                    below = below or side == 1
+            if above and below:
+                return True
+    return False
+
+
+@kernel
+def _find(starts, ends, points, triangles, distances, tree, tolerance, result):  # type: ignore[no-untyped-def]
+    stack = np.empty(128, np.int32)
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            p = triangles[f, 0]
+            q = triangles[f, 1]
+            r = triangles[f, 2]
+            deepest = max(distances[p], max(distances[q], distances[r]))
+            result[f] = False
+            # A signed distance grows by no more than the way gone (1-Lipschitz).
+            if deepest + _covering_radius(points, p, q, r) > tolerance:
+                result[f] = crosses(points, p, q, r, tree, tolerance, stack)
+
+
+def crossing_triangles(
+    points: Float64, triangles: Int32, space: ClosestPoint, distances: Float64, tolerance: float
+) -> Bool:
+    """Return which triangles the surface `space` crosses, (t,) bool.
+
+    Triangles that are certainly inside by the signed distances of their corners are not tested; the
+    others are, against the triangles of `space` whose boxes they meet. Touching is no crossing: the
+    surface must come in by more than the tolerance from all sides, and go through by an eighth of it.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    triangles : (t, 3) int32
+    space : ClosestPoint
+        The surface that must not be crossed.
+    distances : (n,) float64
+        Signed distances of the points to it, negative inside; numbers that are too large cost time only.
+    tolerance : float
+        Model units, greater than the rounding errors of coordinates.
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels.mesh import Mesh
+    >>> wall = Mesh.from_faces([[0, -1, -1], [0, 1, -1], [0, 0, 1]], [[0, 1, 2]])
+    >>> points = np.array([[-1, -0.2, 0], [1, 0, 0], [-1, 0.2, 0], [0, -0.2, 0.0]])
+    >>> pairs = np.array([[0, 1, 2], [0, 3, 2]], np.int32)
+    >>> crossing_triangles(points, pairs, ClosestPoint(wall), np.zeros(4), 1e-9).tolist()
+    [True, False]
+    """
+    result = np.empty(len(triangles), np.bool_)
+    parallel.run(
+        _find, *parallel.ranges(len(triangles), 1024),
+        points, triangles, distances, space.tree, tolerance, result, smallest_share=2048,
+    )  # fmt: skip
+    return result
