@@ -35,8 +35,15 @@ RIDGE_ANGLE, CORNER_ANGLE = 20.0, 35.0
 #: Largest ridge angle that :data:`AUTO` chooses, degrees.
 LARGEST_RIDGE_ANGLE = 60.0
 
-#: Angles are compared with this much to spare, radians: the corners of a square have exactly a quarter.
-_SPARE = 1e-6
+#: Angles must exceed their thresholds by this much, radians: cylinders of 24 sides turn by just 15 degrees.
+_SPARE = 1e-3
+
+#: At a cusp the surface folds back on itself: squared sine of what its normals may differ by, up to their
+#: signs. The share of the first eigenvalue below which a direction says nothing (Jiao, section 3.1).
+_CUSP = 0.003
+
+#: Ridge edges closer in direction than this (cosine) count as one, so that slivers make no corners.
+_SAME_WAY = 0.75
 
 
 class Features(NamedTuple):
@@ -129,6 +136,21 @@ def _turns(points, near, normals, v, limit):  # type: ignore[no-untyped-def]
     return near.border[v] == 1 and abs(np.pi - total) >= limit
 
 
+@device
+def _cosine(points, v, a, b):  # type: ignore[no-untyped-def]
+    # Of the angle at v between the edges to a and b; 1 where one has no length.
+    dot = 0.0
+    aa = 0.0
+    bb = 0.0
+    for axis in range(3):
+        x = points[a, axis] - points[v, axis]
+        y = points[b, axis] - points[v, axis]
+        dot += x * y
+        aa += x * x
+        bb += y * y
+    return dot / (np.sqrt(aa) * np.sqrt(bb)) if aa > 0.0 and bb > 0.0 else 1.0
+
+
 @kernel
 def _classify(  # type: ignore[no-untyped-def]
     starts, ends, points, near, normals, weight, ridge_angle, turn_angle, joined, before,
@@ -184,11 +206,17 @@ def _classify(  # type: ignore[no-untyped-def]
             l1, l2, l3, x1, y1, z1, _, _, _, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
             if not joined and near.border[v] != 2:  # where orientations disagree signs mean nothing
                 turn = 1.0 if x1 * b0 + y1 * b1 + z1 * b2 >= 0.0 else -1.0
+                parallel_to_first = True
                 for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                     f = near.corner_face[near.corners[row]]
                     along = turn * (x1 * normals[f, 0] + y1 * normals[f, 1] + z1 * normals[f, 2])
-                    if along <= 0.0 and normals[f, 3] > 0.0:
-                        acute[v] = 1
+                    if normals[f, 3] > 0.0:
+                        parallel_to_first = parallel_to_first and along * along >= 1.0 - _CUSP
+                        if along < -1e-6:
+                            acute[v] = 1
+                if acute[v] and parallel_to_first:
+                    classes[v] = 3
+                    continue
             sharp = 0
             forced = 0
             for r in range(ring, ring + size):
@@ -198,10 +226,6 @@ def _classify(  # type: ignore[no-untyped-def]
             if not (folded or sharp >= 2 or forced > 0 or acute[v]):
                 classes[v] = 0
                 continue
-            # Below this share of the first eigenvalue a direction says nothing (section 3.1).
-            if acute[v] and l2 < 0.003 * l1:
-                classes[v] = 3
-                continue
             classes[v] = 2
             if l3 >= chi_c * l1 or _turns(points, near, normals, v, turn_angle):
                 continue
@@ -210,19 +234,30 @@ def _classify(  # type: ignore[no-untyped-def]
                 picked[v, 0] = near.border_ring[v, 0]
                 picked[v, 1] = near.border_ring[v, 1]
                 continue
-            # The edges that go along the third eigenvector, one each way; sharp ones come first, and
-            # where there are just two they need no eigenvector.
-            low = 0.0
-            high = 0.0
             picked[v, 0] = -1
             picked[v, 1] = -1
+            if sharp >= 2:
+                # The sharpest edge, and of the others the one that leads away from it, sharp ones first.
+                best = -1.0
+                for r in range(ring, ring + size):
+                    rank = angle[r] if kind[r] == 0 else 4.0
+                    if rank > best:
+                        best = rank
+                        picked[v, 0] = near.ring[r]
+                best = -1.0
+                for r in range(ring, ring + size):
+                    if near.ring[r] != picked[v, 0] and _is_sharp(kind, angle, r, ridge_angle):
+                        away = 1.0 - _cosine(points, v, picked[v, 0], near.ring[r])
+                        away *= angle[r] if kind[r] == 0 else 4.0
+                        if away > best:
+                            best = away
+                            picked[v, 1] = near.ring[r]
+                continue
+            # The edges that go along the third eigenvector, one each way.
+            low = 0.0
+            high = 0.0
             for r in range(ring, ring + size):
                 w = near.ring[r]
-                this = _is_sharp(kind, angle, r, ridge_angle)
-                if sharp == 2:
-                    if this:
-                        picked[v, 0 if picked[v, 0] < 0 else 1] = w
-                    continue
                 dx = points[w, 0] - points[v, 0]
                 dy = points[w, 1] - points[v, 1]
                 dz = points[w, 2] - points[v, 2]
@@ -230,7 +265,7 @@ def _classify(  # type: ignore[no-untyped-def]
                 if length == 0.0:
                     continue
                 along = (dx * x3 + dy * y3 + dz * z3) / length
-                if this:
+                if _is_sharp(kind, angle, r, ridge_angle):
                     along *= 2.0
                 if along < low:
                     low = along
@@ -242,42 +277,46 @@ def _classify(  # type: ignore[no-untyped-def]
 
 @kernel
 def _filter(  # type: ignore[no-untyped-def]
-    starts, ends, near, kind, angle, ridge_angle, only_corners, classes, picked, acute, after, taken
+    starts, ends, points, near, kind, angle, ridge_angle, only_corners, classes, picked, acute, after, taken
 ):
-    # Section 4.2, steps 1 to 4; `only_corners`: step 4 alone.
+    # Section 4.2, steps 1 to 4; `only_corners`: step 4 alone. Steps 3 and 4 count ways rather than edges.
+    way = np.empty(3, np.int32)
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             count = 0
-            one = -1
-            two = -1
+            strong = 0
+            ways = 0
             for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
                 w = near.ring[r]
                 if classes[w] == 0:
-                    points_here = False
+                    identified = False
                 elif classes[w] == 1 and near.border[w] == 0:
-                    points_here = picked[w, 0] == v or picked[w, 1] == v
+                    identified = picked[w, 0] == v or picked[w, 1] == v
                 else:
-                    points_here = _is_sharp(kind, angle, r, ridge_angle)
-                if points_here:
-                    if count == 0:
-                        one = w
-                    elif count == 1:
-                        two = w
+                    identified = _is_sharp(kind, angle, r, ridge_angle)
+                strong += _is_sharp(kind, angle, r, 2.0 * ridge_angle)
+                if identified:
                     count += 1
+                    another = ways < 3
+                    for i in range(ways):
+                        another = another and (kind[r] != 0 or _cosine(points, v, way[i], w) < _SAME_WAY)
+                    if another:
+                        way[ways] = w
+                        ways += 1
             after[v] = classes[v]
             taken[v, 0] = picked[v, 0]
             taken[v, 1] = picked[v, 1]
             if classes[v] >= 2:
                 continue
-            if count > 2:
+            if ways > 2:
                 after[v] = 2
             elif only_corners:
                 continue
-            elif count == 2 and classes[v] == 0:
+            elif ways == 2 and classes[v] == 0:
                 after[v] = 1
-                taken[v, 0] = one
-                taken[v, 1] = two
-            elif count < 2 and classes[v] == 1 and not acute[v]:
+                taken[v, 0] = way[0]
+                taken[v, 1] = way[1]
+            elif count < 2 and strong < 2 and classes[v] == 1 and not acute[v]:
                 after[v] = 0
 
 
@@ -378,7 +417,7 @@ def detect(
         ridge_angle = min(max(RIDGE_ANGLE, 1.5 * np.degrees(noise(near, normals))), LARGEST_RIDGE_ANGLE)
     if corner_angle == AUTO:
         corner_angle = max(CORNER_ANGLE, 1.2 * float(ridge_angle))
-    phi_r, phi_c = np.radians(float(ridge_angle)) - _SPARE, np.radians(float(corner_angle)) - _SPARE
+    phi_r, phi_c = np.radians(float(ridge_angle)) + _SPARE, np.radians(float(corner_angle)) + _SPARE
     if denoise:
         normals = filter_normals(near, normals)
     kind, angle = np.empty(edges, np.uint8), np.empty(edges, np.float32)
@@ -392,7 +431,7 @@ def detect(
         )  # fmt: skip
         for only_corners in (True, False):
             parallel.run(
-                _filter, *ranges, near, kind, angle, phi_r, only_corners, classes, picked, acute,
+                _filter, *ranges, mesh.points, near, kind, angle, phi_r, only_corners, classes, picked, acute,
                 other_classes, other_picked,
             )  # fmt: skip
             classes, other_classes = other_classes, classes
@@ -400,7 +439,10 @@ def detect(
     _complete_rings(classes, picked)
     found = np.empty((edges // 2, 2), np.int32)
     count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found)
-    return Features(classes, picked, found[:count].copy())
+    found = found[:count].copy()
+    alone = np.bincount(found.ravel(), minlength=n) == 0
+    classes[alone & (classes == RIDGE) & (acute == 0)] = SMOOTH
+    return Features(classes, picked, found)
 
 
 @kernel
