@@ -8,6 +8,7 @@ import pyvista as pv
 from pyvista import examples
 
 from vtksmooth import MeshFileError, SurfaceQuality, demo
+from vtksmooth.pages import pictures
 
 
 @pytest.fixture(scope="module")
@@ -89,9 +90,9 @@ def test_readme_quotes_the_figures(results):
 def test_says_what_was_done_and_what_to_type(capfd, tmp_path, monkeypatch):
     # VTK ends the process where it finds no OpenGL; the figures must be there all the same.
     def crash(command, **_):
-        return subprocess.CompletedProcess(command, -11, "", "")
+        return subprocess.CompletedProcess(command, -11, b"", b"")
 
-    monkeypatch.setattr(demo.subprocess, "run", crash)
+    monkeypatch.setattr(pictures.subprocess, "run", crash)
     demo.run(tmp_path, meshes=[examples.antfile, examples.antfile])
     out, err = capfd.readouterr()
     assert err == ""
@@ -107,18 +108,18 @@ def test_says_what_was_done_and_what_to_type(capfd, tmp_path, monkeypatch):
 
 def test_a_defect_in_drawing_is_named(capsys, tmp_path, monkeypatch):
     def fail(command, **_):
-        return subprocess.CompletedProcess(command, 1, "", "Traceback\nValueError: no such colour\n")
+        return subprocess.CompletedProcess(command, 1, b"", b"Traceback\nValueError: no such colour\n")
 
-    monkeypatch.setattr(demo.subprocess, "run", fail)
+    monkeypatch.setattr(pictures.subprocess, "run", fail)
     demo.run(tmp_path, meshes=[examples.antfile])
     assert "No pictures: ValueError: no such colour" in capsys.readouterr().out
 
 
 def test_quiet_prints_nothing(capfd, tmp_path, monkeypatch):
     def drawn(command, **_):
-        return subprocess.CompletedProcess(command, 0, "", "")
+        return subprocess.CompletedProcess(command, 1, b"", b"")
 
-    monkeypatch.setattr(demo.subprocess, "run", drawn)
+    monkeypatch.setattr(pictures.subprocess, "run", drawn)
     demo.run(tmp_path, quiet=True, meshes=[examples.antfile])
     assert capfd.readouterr() == ("", "")
 

@@ -84,12 +84,12 @@ def test_a_run_is_the_filters_called_in_turn(folder):
     assert mesh == before
     comparison = vtksmooth.SurfaceComparison()
     comparison(results[0].mesh, mesh)
-    assert results[1].figures == comparison.summary
+    assert results[1].algorithm.figures == comparison.summary
     # Measuring leaves the mesh alone; the arrays are beside it.
     assert results[1].mesh is results[0].mesh
     assert results[1].outputs[0].GetPointData().HasArray("NormalDeviation")
     assert not results[-1].mesh.GetPointData().HasArray("NormalDeviation")
-    assert results[0].figures["iterations"] == 3
+    assert results[0].algorithm.figures["iterations"] == 3
 
 
 @pytest.mark.parametrize("way", ["vtk", "pyvista"])
@@ -200,7 +200,7 @@ def test_roles_and_files(folder):
     assert by_file.sources == [folder / "larger.vtp"]
     assert Recipe([Step("compare")]).sources == []
     figures = [
-        next(iter(results)).figures
+        next(iter(results)).algorithm.figures
         for results in (
             by_role.results(mesh, {"reference": larger}),
             by_file.results(mesh),

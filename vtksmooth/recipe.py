@@ -142,8 +142,8 @@ class Result:
         The mesh after the step. A step that only measures leaves it as it was; `outputs` has the arrays.
     outputs : tuple of vtkPolyData
         All that the filter made.
-    figures : dict
-        The filter's report or summary, as the command line's ``--json`` shows it.
+    algorithm : Filter
+        The filter that ran, with its ``figures``.
     seconds : float
     """
 
@@ -151,7 +151,7 @@ class Result:
     step: Step
     mesh: Any
     outputs: tuple[Any, ...]
-    figures: dict[str, Any]
+    algorithm: Filter
     seconds: float
 
 
@@ -313,7 +313,7 @@ class Recipe:
             outputs = tuple(algorithm.GetOutput(port) for port in range(len(step.cls.outputs)))
             if not step.cls.measures:
                 current = outputs[0]
-            yield Result(index, step, current, outputs, algorithm.figures, seconds)
+            yield Result(index, step, current, outputs, algorithm, seconds)
 
     def run(self, mesh: Any, inputs: Mapping[str | Path, Any] | None = None) -> Any:
         """Run the enabled steps and return the mesh that they make; see :meth:`results`.
