@@ -13,6 +13,8 @@ from .files import READABLE, WRITABLE, read_surface, write_surface
 from .filters import Filter
 from .pages import tables
 from .pages.measures import BeforeAfter, measure
+from .pages.page import make_page
+from .pages.writing import write_page
 from .recipe import Recipe, Result
 
 
@@ -37,18 +39,46 @@ class Outcome:
         What reading and writing changed.
     seconds : float
         Time of reading, the recipe's steps, measuring and writing.
+    steps : list of dict
+        The figures of the recipe's steps.
     results : list of Result
-        What the recipe's steps did.
+        What the steps did, until :meth:`release`.
     measured : BeforeAfter or None
         The meshes and their measures.
+    page : Path or None
+        The report, if one was written.
     """
 
     job: Job
     error: str = ""
     notes: list[str] = field(default_factory=list)
     seconds: float = 0.0
+    steps: list[dict[str, Any]] = field(default_factory=list)
     results: list[Result] = field(default_factory=list)
     measured: BeforeAfter | None = None
+    page: Path | None = None
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """What the command line's ``--json`` shows."""
+        before, after = self.measured.summaries if self.measured else (None, None)
+        return {
+            "file": str(self.job.source),
+            "output": str(self.job.target) if self.measured else None,
+            "error": self.error or None,
+            "seconds": self.seconds,
+            "before": before,
+            "after": after,
+            "steps": self.steps,
+            "report": str(self.page) if self.page else None,
+        }
+
+    def write_page(self, recipe: Recipe, path: Path) -> None:
+        """Write a report of the result; the extension of `path` chooses the format."""
+        assert self.measured is not None, "the job was done"
+        names = self.job.source.name, self.job.target.name
+        write_page(make_page(self.measured, names, recipe, self.results), path)
+        self.page = path
 
     def release(self) -> None:
         """Drop the meshes and keep the figures, so that a large batch fits into memory."""
@@ -82,7 +112,7 @@ def plan(
     Examples
     --------
     >>> [job.target.name for job in plan([Path("a/part.ply"), Path("b/part.glb")], Path("out"))]
-    ['part.ply', 'part.vtp']
+    ['part.ply', 'part-2.vtp']
     """
     if extension is not None and extension not in WRITABLE:
         raise MeshFileError(
@@ -95,11 +125,11 @@ def plan(
     jobs = []
     for source in files:
         suffix = extension or (source.suffix.lower() if source.suffix.lower() in WRITABLE else ".vtp")
-        names = (f"{source.stem}{f'-{i}' if i > 1 else ''}{suffix}" for i in range(1, len(files) + 2))
+        names = (f"{source.stem}{f'-{i}' if i > 1 else ''}" for i in range(1, len(files) + 2))
         # Some file systems do not tell capitals from small letters.
         name = next(name for name in names if name.casefold() not in taken)
         taken.add(name.casefold())
-        jobs.append(Job(source, output / name))
+        jobs.append(Job(source, output / f"{name}{suffix}"))
     inputs = {_identity(path) for path in (*files, *keep)}
     for job in jobs:
         if _identity(job.target) in inputs:
@@ -161,7 +191,8 @@ def run(
     made = results[-1].mesh if results else mesh
     measured = measure(mesh, made, apply)
     notes += write_surface(made, job.target)
-    return Outcome(job, "", notes, time.perf_counter() - begin, results, measured)
+    steps = [{"filter": result.step.command, **result.algorithm.figures} for result in results]
+    return Outcome(job, "", notes, time.perf_counter() - begin, steps, results, measured)
 
 
 _HEAD = ["file", "min k", "mean k", "inverted", "deviation, %", "volume", "change, %", "seconds"]
@@ -189,5 +220,7 @@ def table(outcomes: Sequence[Outcome]) -> list[str]:
                 seconds,
             ]
         )
-    failed = [f"{o.job.source.name}: {o.error}" for o in outcomes if o.error]
+    # What files are to blame for names them already.
+    names = [f"{o.job.source.name}: " * (o.job.source.name not in o.error) for o in outcomes]
+    failed = [f"{name}{o.error}" for name, o in zip(names, outcomes, strict=True) if o.error]
     return [*tables.markdown(_HEAD, rows), *([""] if failed else []), *failed]

@@ -20,7 +20,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from .errors import Cancelled, ParameterError, VtksmoothError
+from .errors import Cancelled, ParameterError, VtksmoothError, sentence
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,6 +32,8 @@ COMMANDS = {
     "demo": "improve real meshes, with tables and pictures of before and after",
     "quality": "measure the aspect ratio of every face",
     "compare": "measure what smoothing changed",
+    "report": "show a mesh before and after on a page, as HTML or PDF",
+    "run": "run a recipe on many meshes",
     "trapezium-drawing": "improve the worst elements, close to the surface",
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
     "angle-based": "smooth by turning spokes onto bisectors",
@@ -95,6 +97,13 @@ def _add_arguments(parser: _Parser, command: str) -> None:
         )  # fmt: skip
     elif command == "gui":
         parser.add_argument("meshes", nargs="*", type=Path, metavar="MESH", help="files to open as layers")
+    elif command == "run":
+        _add_run(parser)
+    elif command == "report":
+        parser.add_argument("original", type=Path, metavar="ORIGINAL", help="file from before smoothing")
+        parser.add_argument("result", type=Path, metavar="RESULT", help="file from after smoothing")
+        parser.add_argument("output", type=Path, metavar="OUT", help="page to write, .html or .pdf")
+        parser.add_argument("--recipe", type=Path, metavar="FILE", help="recipe to show, as JSON")
     elif command in _filters():
         cls = _filters()[command]
         parser.description = (cls.__doc__ or "").split("\n\n")[0]
@@ -110,6 +119,39 @@ def _add_arguments(parser: _Parser, command: str) -> None:
     general.add_argument(
         "--threads", type=_threads, metavar="N", default=0, help="threads to use (default: 0, all)"
     )
+
+
+def _add_run(parser: _Parser) -> None:
+    parser.add_argument("recipe", type=Path, metavar="RECIPE", help="recipe to run, as JSON")
+    parser.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="meshes, and folders of meshes, to run it on"
+    )
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", required=True, help="folder for the results; made if missing"
+    )
+    parser.add_argument(
+        "--format", type=_extension, metavar="EXT",
+        help="format of the results (default: that of each mesh where it can be written, else vtp)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--input", type=_role, metavar="ROLE=FILE", action="append", default=[],
+        help="a further mesh that steps of the recipe ask for by a role, such as an installation space",
+    )  # fmt: skip
+    parser.add_argument(
+        "--report", nargs="?", const="html", choices=("html", "pdf"),
+        help="write a page of before and after for each mesh as well (default: html)",
+    )  # fmt: skip
+
+
+def _extension(text: str) -> str:
+    return f".{text.lower().removeprefix('.')}"
+
+
+def _role(text: str) -> tuple[str, Path]:
+    role, equals, path = text.partition("=")
+    if not (role and equals and path):
+        raise argparse.ArgumentTypeError(f"must be ROLE=FILE, not {text!r}")
+    return role, Path(path)
 
 
 def _add_files(parser: _Parser, cls: type[Filter]) -> None:
@@ -199,6 +241,7 @@ class _Interruption:
         self.received = 0
         self.running: Any = None  # a filter that can be asked to stop
         self.committed = False  # the output is in place: too late to cancel
+        self.kept = "nothing written"
         self._over = threading.Event()
         self._active = threading.current_thread() is threading.main_thread()
 
@@ -231,7 +274,7 @@ class _Interruption:
                 self.running.SetAbortExecute(1)
             while not self._over.wait(_GRACE):
                 if not self.committed:
-                    _end_process(self.exit_code)
+                    _end_process(self.exit_code, self.message)
         os.close(self._read)
 
     @property
@@ -239,24 +282,28 @@ class _Interruption:
         """The exit code for the signal received."""
         return 130 if self.received == signal.SIGINT else 1
 
+    @property
+    def message(self) -> str:
+        """What the user is told."""
+        return f"vtksmooth: cancelled, {self.kept}"
+
     def check(self) -> None:
         """Raise Cancelled if a signal has been received."""
         if self.received:
             raise Cancelled("cancelled")
 
 
-def _end_process(code: int) -> NoReturn:
+def _end_process(code: int, message: str) -> NoReturn:
     try:
         # While files is being imported it is there without its names, and nothing is unfinished.
         remove = getattr(sys.modules.get("vtksmooth.files"), "remove_unfinished", None)
         if remove is not None:
             remove()
-        os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{_CANCELLED}\n".encode())
+        os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{message}\n".encode())
     finally:
         os._exit(code)
 
 
-_CANCELLED = "vtksmooth: cancelled, nothing written"
 _CLEAR = "\r\x1b[K"
 
 
@@ -271,11 +318,18 @@ class _Talk:
         self.terminal = not quiet and sys.stderr.isatty()
         self.kernels = 0
         self._shown = 0.0
+        self.subject = ""  # what the progress is of
 
     def note(self, text: str) -> None:
         if not self.quiet:
             self.clear()
             print(f"vtksmooth: note: {text}", file=sys.stderr)
+
+    def item(self, text: str) -> None:
+        """Tell that one of many is done."""
+        if not self.quiet:
+            self.clear()
+            print(text, file=sys.stderr, flush=True)
 
     def compiling(self, kernel: str) -> None:
         self.kernels += 1
@@ -290,7 +344,7 @@ class _Talk:
         if self.terminal and (now - self._shown > 0.1 or fraction >= 1.0):
             self._shown = now
             done = round(30 * min(max(fraction, 0.0), 1.0))
-            self._line(f"[{'#' * done}{'.' * (30 - done)}] {100 * fraction:3.0f} % {what}")
+            self._line(f"[{'#' * done}{'.' * (30 - done)}] {100 * fraction:3.0f} % {self.subject}{what}")
 
     def _line(self, text: str) -> None:
         print(f"{_CLEAR}{text[:100]}", end="", file=sys.stderr, flush=True)
@@ -309,9 +363,10 @@ class _Run:
     def __init__(self, options: argparse.Namespace, interruption: _Interruption) -> None:
         self.options, self.interruption = options, interruption
         self.talk = _Talk(options.quiet)
+        self.exit_code = 0
 
-    def execute(self) -> None:
-        """Run the command."""
+    def execute(self) -> int:
+        """Run the command; return the exit code."""
         from .kernels.compiled import on_compile
         from .kernels.parallel import set_number_of_threads
 
@@ -322,6 +377,8 @@ class _Run:
             "quality": self.quality,
             "compare": self.compare,
             "gui": self.gui,
+            "run": self.run,
+            "report": self.report,
             "warm-up": self.warm_up,
         }.get(command, self.filter)
         # The demo announces its kernels itself.
@@ -330,6 +387,7 @@ class _Run:
                 method()
             finally:
                 self.talk.clear()
+        return self.exit_code
 
     def demo(self) -> None:
         from . import demo
@@ -385,6 +443,81 @@ class _Run:
         self.interruption.committed = True
         # By name: the application is above the command line, and need not be installed.
         import_module("vtksmooth_gui.app").start(self.options.meshes)
+
+    def run(self) -> None:
+        from . import batch
+        from .files import make_folder
+        from .recipe import Recipe
+
+        options = self.options
+        recipe = Recipe.load(options.recipe)
+        files = dict(options.input)
+        kept = [options.recipe, *files.values(), *(path for path in recipe.sources if isinstance(path, Path))]
+        jobs = batch.plan(options.files, options.output, options.format, kept)
+        inputs = recipe.read_inputs(files, self._read)
+        make_folder(options.output)
+        outcomes: list[batch.Outcome] = []
+        try:
+            for number, job in enumerate(jobs, 1):
+                self.interruption.kept = f"{len(outcomes)} of {len(jobs)} files done"
+                self.interruption.check()
+                self.talk.subject = f"{number} of {len(jobs)}, {job.source.name}: "
+                outcome = self._run_job(recipe, job, inputs)
+                outcomes.append(outcome)
+                for note in outcome.notes:
+                    self.talk.note(note)
+                self.talk.item(f"{self.talk.subject}{outcome.error or f'{outcome.seconds:.2f} s'}")
+        finally:
+            failed = sum(bool(outcome.error) for outcome in outcomes)
+            self.talk.clear()
+            summary = {
+                "recipe": str(options.recipe),
+                "files": [outcome.figures for outcome in outcomes],
+                "done": len(outcomes) - failed,
+                "failed": failed,
+            }
+            if outcomes and not self._json(summary) and not options.quiet:
+                print("\n".join(batch.table(outcomes)))
+        self.exit_code = 1 if failed else 0
+
+    def _run_job(self, recipe: Any, job: Any, inputs: Any) -> Any:
+        """Run a recipe on one file; what goes wrong is in the outcome."""
+        from . import batch
+
+        outcome = batch.Outcome(job)
+        begin = time.perf_counter()
+        try:
+            outcome = batch.run(recipe, job, inputs, self._filtered)
+            self.interruption.check()
+            if self.options.report:
+                outcome.write_page(recipe, job.target.with_suffix(f".{self.options.report}"))
+        except Cancelled:
+            raise
+        except Exception as error:
+            if self.options.debug and not isinstance(error, VtksmoothError):
+                raise
+            outcome.error, outcome.seconds = sentence(error), time.perf_counter() - begin
+        outcome.release()
+        return outcome
+
+    def report(self) -> None:
+        from .pages.measures import measure
+        from .pages.page import make_page
+        from .pages.writing import check_format, write_page
+        from .recipe import Recipe
+
+        options = self.options
+        check_format(options.output)
+        recipe = Recipe.load(options.recipe) if options.recipe else None
+        measured = measure(self._read(options.original), self._read(options.result), self._filtered)
+        page = make_page(measured, (options.original.name, options.result.name), recipe)
+        self.interruption.check()
+        write_page(page, options.output)
+        self.interruption.committed = True
+        before, after = measured.summaries
+        figures = {"before": before, "after": after, "pictures": bool(page.pictures)}
+        if not self._json(figures) and not options.quiet:
+            print("\n".join(page.sentences))
 
     def warm_up(self) -> None:
         from . import warm_up
@@ -534,27 +667,16 @@ def _main(arguments: list[str], interruption: _Interruption) -> int:
         with warnings.catch_warnings():
             if not options.debug:
                 warnings.simplefilter("ignore")
-            _Run(options, interruption).execute()
+            code = _Run(options, interruption).execute()
         sys.stdout.flush()
     except BrokenPipeError:
         raise
     except Cancelled:
-        print(_CANCELLED, file=sys.stderr)
+        print(interruption.message, file=sys.stderr)
         return interruption.exit_code
     except Exception as error:
         if options.debug:
             raise
-        print(f"vtksmooth: error: {_sentence(error)}", file=sys.stderr)
+        print(f"vtksmooth: error: {sentence(error)}", file=sys.stderr)
         return 1
-    return 0
-
-
-def _sentence(error: Exception) -> str:
-    text = " ".join(str(error).split()).rstrip(".")
-    if isinstance(error, VtksmoothError):
-        return text
-    if isinstance(error, MemoryError):
-        return "out of memory; use a smaller mesh or a larger machine"
-    if isinstance(error, OSError):
-        return f"{text}; check the path and the disk"
-    return f"unexpected {type(error).__name__}: {text}; run again with --debug and report what it shows"
+    return code

@@ -21,8 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from pyvista import examples
 
-from .errors import MeshFileError
-from .files import read_surface, write_surface
+from .files import make_folder, read_surface, write_surface
 from .filters import SurfaceComparison, SurfaceQuality, TrapeziumDrawing
 from .kernels.compiled import on_compile
 from .kernels.quality import BINS
@@ -70,12 +69,7 @@ def run(output: Path, quiet: bool = False, meshes: Sequence[Path] = ()) -> None:
     loaded = [(path, *read_surface(path)) for path in files]
     if not meshes:
         loaded.append((Path(examples.channelsfile), _channels(), [_CHANNELS]))
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise MeshFileError(
-            f"cannot make the folder {output}: {error.strerror}; name another with --output."
-        ) from error
+    make_folder(output)
     results: list[dict[str, Any]] = []
     document = ["# Trapezium Drawing, before and after", ""]
     with _announced(say):

@@ -25,3 +25,15 @@ class RecipeError(VtksmoothError, ValueError):
 
 class Cancelled(VtksmoothError):
     """The run was stopped from outside; nothing of it was kept."""
+
+
+def sentence(error: Exception) -> str:
+    """Return what to tell a user about any exception: one line, with what to do."""
+    text = " ".join(str(error).split()).rstrip(".")
+    if isinstance(error, VtksmoothError):
+        return text
+    if isinstance(error, MemoryError):
+        return "out of memory; use a smaller mesh or a larger machine"
+    if isinstance(error, OSError):
+        return f"{text}; check the path and the disk"
+    return f"unexpected {type(error).__name__}: {text}; run again with --debug and report what it shows"

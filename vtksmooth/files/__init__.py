@@ -11,7 +11,15 @@ called; afterwards ``damage`` refuses what VTK let pass, and ``surfaces`` makes 
 """
 
 from .reading import READABLE, read_surface
-from .writing import WRITABLE, atomic, check_place, check_writable, remove_unfinished, write_surface
+from .writing import (
+    WRITABLE,
+    atomic,
+    check_place,
+    check_writable,
+    make_folder,
+    remove_unfinished,
+    write_surface,
+)
 
 __all__ = [
     "READABLE",
@@ -19,6 +27,7 @@ __all__ = [
     "atomic",
     "check_place",
     "check_writable",
+    "make_folder",
     "read_surface",
     "remove_unfinished",
     "write_surface",

@@ -79,6 +79,22 @@ def check_place(path: Path) -> None:
         raise MeshFileError(f"cannot write {path}: {error}; choose another path.") from error
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder for results, and those above it, where they are missing.
+
+    Raises
+    ------
+    MeshFileError
+        It cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MeshFileError(
+            f"cannot make the folder {path}: {error.strerror}; name another with --output."
+        ) from error
+
+
 def write_surface(mesh: vtkPolyData, path: str | os.PathLike[str]) -> list[str]:
     """Write a surface mesh so that the file is there completely, or as it was before.
 

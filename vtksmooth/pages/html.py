@@ -37,7 +37,8 @@ footer { border-top: 1px solid #ccc; margin-top: 20px; padding-top: 6px; font-si
 @media print {
   body { margin: 0; padding: 0; font-size: 11px; max-width: none; print-color-adjust: exact; }
   h1 { font-size: 18px; } h2 { font-size: 13px; margin-top: 10px; }
-  .pictures img { max-height: 60mm; } svg { max-height: 46mm; } .tables { flex-wrap: nowrap; gap: 24px; } table { font-size: 10px; }
+  .pictures img { max-height: 60mm; } svg { max-height: 46mm; }
+  .tables { flex-wrap: nowrap; gap: 24px; } table { font-size: 10px; }
   td, th { padding: 1px 6px; white-space: nowrap; }
 }
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import textwrap
 import warnings
 from pathlib import Path
 from typing import Any
@@ -38,9 +37,7 @@ class _Sheet:
 
     def lines(self, text: str, size: float = 9.0, x: float = _MARGIN, **style: Any) -> None:
         """Write a paragraph."""
-        # DejaVu Sans, matplotlib's own font, is half as wide as high in the mean.
-        width = int((_WIDTH - _MARGIN - x) / (0.185 * size))
-        for line in textwrap.wrap(text, width) or [""]:
+        for line in _wrapped(text, _WIDTH - _MARGIN - x, size, style.get("weight", "normal")):
             self.text(line, x, fontsize=size, **style)
             self.y += 0.48 * size
 
@@ -58,19 +55,42 @@ class _Sheet:
         self.figure.add_artist(Line2D(ends, (y, y), color=colour, linewidth=0.6))
 
 
+def _wrapped(text: str, width: float, size: float, weight: str) -> list[str]:
+    """Break a text into lines of at most `width` millimetres, within words where these are longer."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextToPath
+
+    measure, font = TextToPath().get_text_width_height_descent, FontProperties(size=size, weight=weight)
+
+    def fits(line: str) -> bool:
+        return bool(measure(line, font, ismath=False)[0] * 25.4 / 72 <= width)
+
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".lstrip()
+        if fits(longer):
+            lines[-1] = longer
+            continue
+        lines += [""] if lines[-1] else []
+        for letter in word:
+            if not fits(lines[-1] + letter):
+                lines.append("")
+            lines[-1] += letter
+    return lines
+
+
 def write(page: Page, path: Path) -> None:
     """Write `page` to `path`; one sheet, more only for a long recipe."""
     import matplotlib as mpl
     from matplotlib.backends.backend_pdf import PdfPages
 
-    sheets = _laid_out(page)
     with (
         warnings.catch_warnings(),
         mpl.rc_context({"pdf.fonttype": 42}),  # text that can be searched and copied
         PdfPages(path, metadata={"Title": f"{page.title}: before and after smoothing"}) as file,
     ):
         warnings.simplefilter("ignore")  # letters of a file's name that the font has not
-        for sheet in sheets:
+        for sheet in _laid_out(page):
             file.savefig(sheet.figure)
 
 
