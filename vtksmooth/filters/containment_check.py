@@ -86,7 +86,7 @@ class ContainmentCheck(Filter):
         used = distances[np.unique(triangles)]
         self.summary = {
             "vertices_outside": int((used > tolerance).sum()),
-            "max_outside": float(max(used.max(), 0.0)),
+            "max_outside": float(max(0.0, used.max())),
             "triangles_crossing": int(crossing.sum()),
         }
         output = output_like(source)
