@@ -17,6 +17,9 @@ import numpy.typing as npt
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
 
+#: Dihedral angle, degrees, above which the tools that can keep features are told to.
+CREASE = 30.0
+
 
 class Case:
     """One way of smoothing one mesh."""
@@ -120,6 +123,18 @@ class VtkSmooth(_Vtk):
         return smoothing
 
 
+class VtkSmoothOnSource(VtkSmooth):
+    """vtkSmoothPolyDataFilter at its most faithful: feature edges slide, and points are put back on the input."""
+
+    def make(self) -> Any:
+        """Return the filter."""
+        smoothing = super().make()
+        smoothing.SetFeatureEdgeSmoothing(True)
+        smoothing.SetFeatureAngle(CREASE)
+        smoothing.SetSourceData(self.native)
+        return smoothing
+
+
 class VtkWindowedSinc(_Vtk):
     """vtkWindowedSincPolyDataFilter."""
 
@@ -173,11 +188,15 @@ class MeshLibRelax(Case):
 
     def run(self, native: Any, iterations: int) -> Any:
         """Relax in place."""
+        getattr(self.library, self.function)(native, self.settings(iterations))
+        return native
+
+    def settings(self, iterations: int) -> Any:
+        """Return the settings of a run."""
         settings = self.library.MeshRelaxParams()
         settings.iterations = iterations
         settings.force = 0.5
-        getattr(self.library, self.function)(native, settings)
-        return native
+        return settings
 
     def points(self, result: Any) -> Float64:
         """Return the points."""
@@ -188,6 +207,49 @@ class MeshLibRelaxKeepVolume(MeshLibRelax):
     """MeshLib's relaxKeepVolume."""
 
     function = "relaxKeepVolume"
+
+
+class MeshLibRelaxKeepVolumeCreases(MeshLibRelax):
+    """MeshLib's relaxKeepVolume with the vertices of creases held."""
+
+    function = "relaxKeepVolume"
+
+    def __init__(self, points: Float64, faces: Int32) -> None:
+        super().__init__(points, faces)
+        mesh = _polydata(points, faces)
+        mesh["number"] = np.arange(len(points))
+        free = np.ones(len(points), bool)
+        free[mesh.extract_feature_edges(CREASE, manifold_edges=False)["number"]] = False
+        self.free = self.numpy.vertBitSetFromBools(free)
+
+    def settings(self, iterations: int) -> Any:
+        """Return the settings of a run."""
+        settings = super().settings(iterations)
+        settings.region = self.free
+        return settings
+
+
+class MmgsMoves(Case):
+    """mmgs that may move points only: it does as many sweeps as it sees fit."""
+
+    def __init__(self, points: Float64, faces: Int32) -> None:
+        import mmgpy
+
+        self.library = mmgpy
+        self.arrays = (points, faces)
+
+    def fresh(self) -> Any:
+        """Return a mesh."""
+        return self.library.MmgMeshS(*self.arrays)
+
+    def run(self, native: Any, iterations: int) -> Any:
+        """Move points."""
+        native.remesh(noinsert=1, noswap=1, ar=CREASE, verbose=-1)
+        return native
+
+    def points(self, result: Any) -> Float64:
+        """Return the points."""
+        return np.asarray(result.get_vertices(), dtype=float)
 
 
 class MeshLabLaplacian(Case):
@@ -223,6 +285,18 @@ class MeshLabTaubin(MeshLabLaplacian):
     def run(self, native: Any, iterations: int) -> Any:
         """Smooth in place."""
         native.apply_coord_taubin_smoothing(stepsmoothnum=iterations)
+        return native
+
+
+class MeshLabIsotropic(MeshLabLaplacian):
+    """pymeshlab's isotropic remeshing that may only smooth and put points back on the input."""
+
+    def run(self, native: Any, iterations: int) -> Any:
+        """Smooth in place."""
+        native.meshing_isotropic_explicit_remeshing(
+            iterations=iterations, featuredeg=CREASE, checksurfdist=False,
+            splitflag=False, collapseflag=False, swapflag=False,
+        )  # fmt: skip
         return native
 
 

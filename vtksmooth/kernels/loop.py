@@ -319,9 +319,9 @@ class _Run:
     def _fused(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, TrapeziumDrawing)
         assert self.fused is not None
-        floor = next(c.floor for c in self.constraints if isinstance(c, Gate))
+        worst = next(c.worst for c in self.constraints if isinstance(c, Gate))
         for number, (blocks, _) in enumerate(self.classes):
-            yield self.scheme.sweep(self.state, self.fused, MARGIN, floor, *blocks)
+            yield self.scheme.sweep(self.state, self.fused, MARGIN, worst, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
 
     # -- stop rules --------------------------------------------------------------------------------

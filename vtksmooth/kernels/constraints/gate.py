@@ -10,7 +10,7 @@ from ..quality import aspect_ratios, polygon_square, triangle_square
 from ..state import State
 from . import Constraint, Float64, Int64
 
-ANGLE, ASPECT = 1, 2
+ANGLE, ASPECT, FLOOR = 1, 2, 3
 
 #: A measure must grow by more than this part of itself (angles: by this much in the cosine): otherwise
 #: rounding would decide about moves that change nothing, differently in each pose.
@@ -44,9 +44,11 @@ def _largest_cosine(points, connectivity, first, last, v, x, y, z):  # type: ign
 
 @device
 def _judge(kind, points, near, reference, v, x, y, z):  # type: ignore[no-untyped-def]
-    # Number of inverted elements round v, and the smallest measure of them, with v at (x, y, z).
+    # Number of inverted elements round v, the smallest measure of them, and the sum of k (of kind 3 only),
+    # with v at (x, y, z).
     inverted = 0
     smallest = np.inf
+    total = 0.0
     for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
         c = near.corners[i]
         f = near.corner_face[c]
@@ -75,61 +77,100 @@ def _judge(kind, points, near, reference, v, x, y, z):  # type: ignore[no-untype
             )  # fmt: skip
         inverted += q < 0.0
         smallest = min(smallest, q)
-    return inverted, smallest
+        if kind == 3:
+            total += np.sqrt(q) if q >= 0.0 else -np.sqrt(-q)
+    return inverted, smallest, total
+
+
+@device
+def _better(kind, old_inverted, old, old_total, new_inverted, new, new_total, margin, worst, floor):  # type: ignore[no-untyped-def]
+    if new_inverted < old_inverted and new >= worst:
+        return True
+    if new_inverted != old_inverted:
+        return False
+    if kind == 3 and old >= floor:
+        return new >= floor and new_total > old_total + margin * abs(old_total)
+    # A cosine near 0, of a right angle, has its rounding errors relative to 1.
+    if new > old + margin * (1.0 if kind == 1 else abs(old)):
+        return True
+    return kind == 3 and new >= old and new_total > old_total + margin * abs(old_total)
 
 
 @kernel
-def _gate(starts, ends, kind, points, near, reference, margin, floor, proposed):  # type: ignore[no-untyped-def]
+def _gate(starts, ends, kind, points, near, reference, margin, worst, floor, proposed):  # type: ignore[no-untyped-def]
+    # How many shorter steps are tried after one that fails.
+    attempts = 4 if kind == 3 else 1
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            if proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z:
+            dx = proposed[v, 0] - x
+            dy = proposed[v, 1] - y
+            dz = proposed[v, 2] - z
+            if dx == 0.0 and dy == 0.0 and dz == 0.0:
                 continue
-            old_inverted, old = _judge(kind, points, near, reference, v, x, y, z)
-            new_inverted, new = _judge(
-                kind, points, near, reference, v, proposed[v, 0], proposed[v, 1], proposed[v, 2]
-            )
-            # A cosine near 0, of a right angle, has its rounding errors relative to 1.
-            needed = old + margin * (1.0 if kind == 1 else abs(old))
-            better = new_inverted == old_inverted and new > needed
-            if not (better or (new_inverted < old_inverted and new >= floor)):
+            old_inverted, old, old_total = _judge(kind, points, near, reference, v, x, y, z)
+            accepted = False
+            step = 1.0
+            for attempt in range(attempts):
+                if attempt > 0:
+                    step *= 0.5
+                    proposed[v, 0] = x + step * dx
+                    proposed[v, 1] = y + step * dy
+                    proposed[v, 2] = z + step * dz
+                inverted, new, total = _judge(
+                    kind, points, near, reference, v, proposed[v, 0], proposed[v, 1], proposed[v, 2]
+                )
+                accepted = _better(
+                    kind, old_inverted, old, old_total, inverted, new, total, margin, worst, floor
+                )
+                if accepted:
+                    break
+            if not accepted:
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
 
 
 class Gate(Constraint):
-    """Accept a move only if it improves the worst element round the vertex.
+    """Accept a move only if it improves the elements round the vertex.
 
     ``"aspect"`` (paper C, section 2.1): as many inverted elements as before and a greater smallest k, or
     fewer inverted elements and none worse than the worst of the whole mesh when the pass began. With it
     no pass lowers the smallest k of the mesh or makes more elements inverted.
+    ``"floor"``: as before where the smallest k is below a floor; there, if the smallest k stays, and where
+    it is above and remains so, a greater sum of k is enough. A step that fails is halved three times before
+    it is refused. With it no pass lowers the smallest k of the mesh below the floor or, where it is below,
+    at all; nor makes more elements inverted. The mean is free to grow where the worst is good enough.
     ``"angle"`` (smart Laplacian): a greater smallest angle, which does not see inversion.
 
     Parameters
     ----------
-    measure : {"aspect", "angle"}
+    measure : {"aspect", "floor", "angle"}
+    floor : float
+        Of ``"floor"``: k that is good enough, 0 to 1.
     """
 
     in_place = True
 
-    def __init__(self, measure: str = "aspect") -> None:
-        self.kind = {"angle": ANGLE, "aspect": ASPECT}[measure]
-        self.floor = 0.0
+    def __init__(self, measure: str = "aspect", floor: float = 0.6) -> None:
+        self.kind = {"angle": ANGLE, "aspect": ASPECT, "floor": FLOOR}[measure]
+        self.floor = floor * floor
+        #: Signed square of the smallest k of the mesh; asked for only where elements are inverted.
+        self.worst = 0.0
 
     def bind(self, state: State) -> None:
-        self.floor = state.smallest_k * abs(state.smallest_k)
+        self.worst = state.smallest_k * abs(state.smallest_k)
 
     def prepare(self, state: State) -> None:
-        # Where nothing is inverted nothing will be, and the floor is never asked for.
-        if self.kind == ASPECT and self.floor < 0.0:
+        # Where nothing is inverted nothing will be, and the worst is never asked for.
+        if self.kind != ANGLE and self.worst < 0.0:
             k = float(aspect_ratios(state.mesh, state.reference).min())
-            self.floor = k * abs(k)
+            self.worst = k * abs(k)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
             _gate, starts, ends,
-            self.kind, state.points, state.near, state.reference, MARGIN, self.floor, proposed,
+            self.kind, state.points, state.near, state.reference, MARGIN, self.worst, self.floor, proposed,
         )  # fmt: skip

@@ -131,7 +131,7 @@ def _ring_places(starts, ends, near, places):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _sweep(starts, ends, points, near, places, squares, reference, pinned, widest, margin, floor):  # type: ignore[no-untyped-def]
+def _sweep(starts, ends, points, near, places, squares, reference, pinned, widest, margin, worst):  # type: ignore[no-untyped-def]
     spoke = np.empty((widest, 3))
     unit = np.empty((widest, 3))
     square = np.empty(widest)
@@ -194,7 +194,7 @@ def _sweep(starts, ends, points, near, places, squares, reference, pinned, wides
                     new_inverted = old_inverted
                     break
             better = new_inverted == old_inverted and new > needed
-            if better or (new_inverted < old_inverted and new >= floor):
+            if better or (new_inverted < old_inverted and new >= worst):
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z
@@ -247,7 +247,7 @@ class TrapeziumDrawing(Scheme):
         return Sweep(places, k * np.abs(k))
 
     def sweep(
-        self, state: State, kept: Sweep, margin: float, floor: float, starts: Int64, ends: Int64
+        self, state: State, kept: Sweep, margin: float, worst: float, starts: Int64, ends: Int64
     ) -> int:
         """Propose, judge by the aspect-ratio gate and move, vertex after vertex; return how many moved.
 
@@ -257,7 +257,7 @@ class TrapeziumDrawing(Scheme):
         near = state.near
         moved = parallel.run(
             _sweep, starts, ends,
-            state.points, near, *kept, state.reference, state.pinned, state.widest_star, margin, floor,
+            state.points, near, *kept, state.reference, state.pinned, state.widest_star, margin, worst,
             smallest_share=_SMALLEST_SHARE,
         )  # fmt: skip
         return sum(moved)
