@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..report import RunReport
-from . import adjacency, measure, parallel, quality
+from . import adjacency, features, measure, parallel, quality
 from .compiled import kernel
 from .constraints import Constraint
 from .constraints.boundary import Boundary
@@ -33,6 +33,9 @@ Int64 = npt.NDArray[np.int64]
 #: Called with the part done, 0 to 1, and with what is being done. It may raise
 #: :class:`~vtksmooth.errors.Cancelled`, which ends the run.
 Progress = Callable[[float, str], None]
+
+#: Features, or what finds them.
+FindFeatures = Callable[[Mesh, adjacency.Adjacency], features.Features] | features.Features
 
 #: Simultaneous sweeps read memory in the mesh's own order. If neighbours are farther apart than this (in
 #: the mean, in vertices), they are out of the cache's reach, and putting the mesh in order makes passes
@@ -101,6 +104,7 @@ def smooth(
     *,
     iterations: int,
     fixed: npt.ArrayLike | None = None,
+    find_features: FindFeatures = features.detect,
     stop: StopRules = StopRules(),
     progress: Progress = _ignore,
 ) -> tuple[Float64, RunReport]:
@@ -119,6 +123,9 @@ def smooth(
         Most iterations to do.
     fixed : (n,) array_like, optional
         Nonzero for points that must stay, bit for bit.
+    find_features : callable or Features
+        Returns the features of a mesh with its neighbourhoods, for the constraints that keep them;
+        or those features, in the numbering of `mesh`.
     stop : StopRules
     progress : callable
         ``progress(fraction, what)``, called many times per second; may raise to cancel.
@@ -139,7 +146,7 @@ def smooth(
     [1.0, 1.0, 0.0]
     """
     began = time.perf_counter()
-    run = _Run(mesh, scheme, constraints, fixed, stop, progress)
+    run = _Run(mesh, scheme, constraints, fixed, find_features, stop, progress)
     report = run.report
     run.start()
     if not run.free:
@@ -177,6 +184,7 @@ class _Run:
         scheme: Scheme,
         constraints: Sequence[Constraint],
         fixed: npt.ArrayLike | None,
+        find_features: FindFeatures,
         stop: StopRules,
         progress: Progress,
     ) -> None:
@@ -184,7 +192,10 @@ class _Run:
         self.constraints = list(constraints)
         if not any(isinstance(constraint, Boundary) for constraint in self.constraints):
             self.constraints.insert(0, Boundary(sliding=False))
+        for number, constraint in enumerate(self.constraints):
+            constraint.follow(self.constraints[:number])
         self.fixed = fixed
+        self.find_features = find_features
         self.in_place = any(constraint.in_place for constraint in self.constraints)
         self.report = RunReport()
         self.order: npt.NDArray[np.int32] | None = None
@@ -217,8 +228,9 @@ class _Run:
         points = mesh.points if self.order is not None else mesh.points.copy()
         k = quality.aspect_ratios(mesh, reference)
         self.state = State(
-            mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points
-        )
+            mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points,
+            self._features,
+        )  # fmt: skip
         self._pin_giants()
         if self.fixed is not None:
             mask = np.asarray(self.fixed) != 0
@@ -247,6 +259,22 @@ class _Run:
 
     def _first_points(self) -> Float64:
         return self.mesh.points if self.order is None else self.mesh.points[self.order]
+
+    def _features(self, mesh: Mesh, near: adjacency.Adjacency) -> features.Features:
+        if callable(self.find_features):
+            return self.find_features(mesh, near)
+        given = self.find_features
+        if len(given.classes) != mesh.n_points:
+            raise ParameterError(
+                f"The features are those of {len(given.classes)} points; the mesh has {mesh.n_points}."
+            )
+        if self.order is None:
+            return given
+        # One place more, where "no neighbour", -1, stays what it is.
+        rank = np.full(mesh.n_points + 1, -1, np.int32)
+        rank[self.order] = np.arange(mesh.n_points, dtype=np.int32)
+        edges = np.sort(rank[given.ridge_edges], axis=1)
+        return features.Features(given.classes[self.order], rank[given.ridge_ring[self.order]], edges)
 
     def _schedule(self, starts: npt.NDArray[np.int32], block_colour: npt.NDArray[np.int32]) -> None:
         # For each block colour: the blocks (their whole ranges), and the ranges of each vertex colour.

@@ -16,9 +16,9 @@ Int32 = npt.NDArray[np.int32]
 
 
 @device
-def _angle(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
-    # Angle between two vectors, radians, good for small angles too; 0 if one of them vanishes. Made unit
-    # first: squares of cross products of areas would leave the range of float64.
+def angle_between(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
+    """Angle between two vectors, radians, good for small angles too; 0 if one of them vanishes."""
+    # Made unit first: squares of cross products of areas would leave the range of float64.
     a = np.sqrt(ax * ax + ay * ay + az * az)
     b = np.sqrt(bx * bx + by * by + bz * bz)
     if a == 0.0 or b == 0.0:
@@ -39,7 +39,19 @@ def _angle(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
 def _angles_between(starts, ends, a, b, degrees):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
-            degrees[i] = np.degrees(_angle(a[i, 0], a[i, 1], a[i, 2], b[i, 0], b[i, 1], b[i, 2]))
+            degrees[i] = np.degrees(angle_between(a[i, 0], a[i, 1], a[i, 2], b[i, 0], b[i, 1], b[i, 2]))
+
+
+@device
+def dihedral_angle(ax, ay, az, bx, by, bz, ex, ey, ez):  # type: ignore[no-untyped-def]
+    """Signed angle between the normals a and b of two faces, radians, convex > 0.
+
+    Their edge runs along e in the first face.
+    """
+    angle = angle_between(ax, ay, az, bx, by, bz)
+    # Convex if turning from a to b goes along the edge.
+    along = (ay * bz - az * by) * ex + (az * bx - ax * bz) * ey + (ax * by - ay * bx) * ez
+    return angle if along >= 0.0 else -angle
 
 
 @kernel
@@ -53,17 +65,12 @@ def _dihedral_angles(starts, ends, points, edge_ends, edge_faces, area, degrees)
                 continue
             p = edge_ends[e, 0]
             q = edge_ends[e, 1]
-            angle = _angle(area[f, 0], area[f, 1], area[f, 2], area[g, 0], area[g, 1], area[g, 2])
-            # The edge runs from p to q in face f: convex if turning from f's normal to g's goes that way.
-            nx = area[f, 1] * area[g, 2] - area[f, 2] * area[g, 1]
-            ny = area[f, 2] * area[g, 0] - area[f, 0] * area[g, 2]
-            nz = area[f, 0] * area[g, 1] - area[f, 1] * area[g, 0]
-            along = (
-                nx * (points[q, 0] - points[p, 0])
-                + ny * (points[q, 1] - points[p, 1])
-                + nz * (points[q, 2] - points[p, 2])
+            degrees[e] = np.degrees(
+                dihedral_angle(
+                    area[f, 0], area[f, 1], area[f, 2], area[g, 0], area[g, 1], area[g, 2],
+                    points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2],
+                )  # fmt: skip
             )
-            degrees[e] = np.degrees(angle) if along >= 0.0 else -np.degrees(angle)
 
 
 @kernel

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .adjacency import Adjacency
 from .closest_point import ClosestPoint
+from .features import Features
 from .mesh import Mesh
 
 
@@ -36,6 +37,8 @@ class State:
         constraint is given all ranges at once.
     first_points : callable
         Returns where the points were at the start, (n, 3).
+    find_features : callable
+        Returns the features of a mesh with its neighbourhoods, both in the run's numbering.
     """
 
     topology: Mesh
@@ -46,6 +49,7 @@ class State:
     smallest_k: float
     in_place: bool
     first_points: Callable[[], npt.NDArray[np.float64]]
+    find_features: Callable[[Mesh, Adjacency], Features]
 
     @cached_property
     def original(self) -> Mesh:
@@ -56,6 +60,11 @@ class State:
     def surface(self) -> ClosestPoint:
         """The original surface, ready for closest-point queries (built when first asked for)."""
         return ClosestPoint(self.original)
+
+    @cached_property
+    def features(self) -> Features:
+        """Ridges and corners of the mesh at the start (found when first asked for)."""
+        return self.find_features(self.original, self.near)
 
     @cached_property
     def widest_star(self) -> int:

@@ -6,6 +6,8 @@ on the proposals for some ranges of vertices; what is left of the proposals is c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -21,8 +23,14 @@ class Constraint:
     #: Whether the constraint's promise holds only when neighbours do not move at the same time.
     in_place: bool = False
 
+    #: Whether what is left of a step is allowed in any part: half of it needs no second look.
+    convex: bool = True
+
     def bind(self, state: State) -> None:
         """Look at the mesh once, before the first pass; pin vertices that may never move."""
+
+    def follow(self, before: Sequence[Constraint]) -> None:
+        """Hear, before the run, of the constraints that act before this one."""
 
     def prepare(self, state: State) -> None:
         """Compute what the pass that begins needs of the whole mesh."""

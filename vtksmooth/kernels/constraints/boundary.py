@@ -12,13 +12,14 @@ from . import Constraint, Float64, Int64
 
 
 @kernel
-def _slide(starts, ends, points, border, border_ring, pinned, proposed):  # type: ignore[no-untyped-def]
+def slide(starts, ends, points, kind, ring, pinned, proposed):  # type: ignore[no-untyped-def]
+    """Trapezium Drawing in one dimension, half way, for the vertices of kind 1 between their two neighbours."""
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            if border[v] != 1 or pinned[v]:
+            if kind[v] != 1 or pinned[v]:
                 continue
-            a = border_ring[v, 0]
-            b = border_ring[v, 1]
+            a = ring[v, 0]
+            b = ring[v, 1]
             chord = 0.0
             along = 0.0
             for axis in range(3):
@@ -70,5 +71,5 @@ class Boundary(Constraint):
         if self.sliding:
             near = state.near
             parallel.run(
-                _slide, starts, ends, state.points, near.border, near.border_ring, state.pinned, proposed
+                slide, starts, ends, state.points, near.border, near.border_ring, state.pinned, proposed
             )

@@ -15,6 +15,8 @@ class DeviationBound(Constraint):
         Largest allowed distance, model units.
     """
 
+    convex = False
+
     def __init__(self, distance: float) -> None:
         self.distance = distance
 

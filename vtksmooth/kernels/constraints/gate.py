@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import parallel
@@ -15,6 +17,9 @@ ANGLE, ASPECT, FLOOR = 1, 2, 3
 #: A measure must grow by more than this part of itself (angles: by this much in the cosine): otherwise
 #: rounding would decide about moves that change nothing, differently in each pose.
 MARGIN = 1e-12
+
+#: How often the gate with a floor halves a step that fails.
+HALVINGS = 3
 
 
 @device
@@ -97,40 +102,48 @@ def _better(kind, old_inverted, old, old_total, new_inverted, new, new_total, ma
 
 
 @kernel
-def _gate(starts, ends, kind, points, near, reference, margin, worst, floor, proposed):  # type: ignore[no-untyped-def]
-    # How many shorter steps are tried after one that fails.
-    attempts = 4 if kind == 3 else 1
+def _gate(starts, ends, kind, points, near, reference, margin, worst, floor, proposed, refused):  # type: ignore[no-untyped-def]
+    # refused: the targets that have not been accepted; where nothing has been proposed, NaN.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            dx = proposed[v, 0] - x
-            dy = proposed[v, 1] - y
-            dz = proposed[v, 2] - z
-            if dx == 0.0 and dy == 0.0 and dz == 0.0:
+            if refused.size:
+                refused[v, 0] = np.nan
+            if proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z:
                 continue
             old_inverted, old, old_total = _judge(kind, points, near, reference, v, x, y, z)
-            accepted = False
-            step = 1.0
-            for attempt in range(attempts):
-                if attempt > 0:
-                    step *= 0.5
-                    proposed[v, 0] = x + step * dx
-                    proposed[v, 1] = y + step * dy
-                    proposed[v, 2] = z + step * dz
-                inverted, new, total = _judge(
-                    kind, points, near, reference, v, proposed[v, 0], proposed[v, 1], proposed[v, 2]
-                )
-                accepted = _better(
-                    kind, old_inverted, old, old_total, inverted, new, total, margin, worst, floor
-                )
-                if accepted:
-                    break
-            if not accepted:
+            inverted, new, total = _judge(
+                kind, points, near, reference, v, proposed[v, 0], proposed[v, 1], proposed[v, 2]
+            )
+            if not _better(kind, old_inverted, old, old_total, inverted, new, total, margin, worst, floor):
+                if refused.size:
+                    refused[v, 0] = proposed[v, 0]
+                    refused[v, 1] = proposed[v, 1]
+                    refused[v, 2] = proposed[v, 2]
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
+
+
+@kernel
+def _list_refused(starts, ends, refused, rows):  # type: ignore[no-untyped-def]
+    count = 0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if not np.isnan(refused[v, 0]):
+                rows[count] = v
+                count += 1
+    return count
+
+
+@kernel
+def _halve(starts, ends, points, refused, proposed):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for axis in range(3):
+                proposed[v, axis] = points[v, axis] + 0.5 * (refused[v, axis] - points[v, axis])
 
 
 class Gate(Constraint):
@@ -159,9 +172,15 @@ class Gate(Constraint):
         self.floor = floor * floor
         #: Signed square of the smallest k of the mesh; asked for only where elements are inverted.
         self.worst = 0.0
+        self._before: list[Constraint] = []
+        self._refused = np.empty((0, 3))
 
     def bind(self, state: State) -> None:
         self.worst = state.smallest_k * abs(state.smallest_k)
+        self._refused = np.empty((len(state.points) if self.kind == FLOOR else 0, 3))
+
+    def follow(self, before: Sequence[Constraint]) -> None:
+        self._before = [constraint for constraint in before if not constraint.convex]
 
     def prepare(self, state: State) -> None:
         # Where nothing is inverted nothing will be, and the worst is never asked for.
@@ -170,7 +189,22 @@ class Gate(Constraint):
             self.worst = k * abs(k)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        self._judge(state, starts, ends, proposed)
+        if self.kind != FLOOR:
+            return
+        rows = np.empty(int((ends - starts).sum()), np.int64)
+        for _ in range(HALVINGS):
+            starts = rows[: _list_refused(starts, ends, self._refused, rows)].copy()
+            ends = starts + 1
+            if not len(starts):
+                return
+            parallel.run(_halve, starts, ends, state.points, self._refused, proposed)
+            for constraint in self._before:
+                constraint.dispose(state, starts, ends, proposed)
+            self._judge(state, starts, ends, proposed)
+
+    def _judge(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
-            _gate, starts, ends,
-            self.kind, state.points, state.near, state.reference, MARGIN, self.worst, self.floor, proposed,
+            _gate, starts, ends, self.kind, state.points, state.near, state.reference,
+            MARGIN, self.worst, self.floor, proposed, self._refused,
         )  # fmt: skip
