@@ -124,7 +124,7 @@ class VtkSmooth(_Vtk):
 
 
 class VtkSmoothOnSource(VtkSmooth):
-    """vtkSmoothPolyDataFilter at its most faithful: feature edges slide, and points are put back on the input."""
+    """vtkSmoothPolyDataFilter at its most faithful: feature edges slide, points go back to the input."""
 
     def make(self) -> Any:
         """Return the filter."""

@@ -15,7 +15,7 @@ from vtksmooth.cli import COMMANDS, main
 from vtksmooth.files import read_surface, write_surface
 from vtksmooth.filters import FILTERS
 
-SMOOTHING = ["trapezium-drawing", "laplacian", "angle-based", "back-to-surface"]
+SMOOTHING = ["trapezium-drawing", "laplacian", "angle-based", "back-to-surface", "equilateral"]
 QUALITY_KEYS = {"points", "cells", "closed", "volume", "aspect_ratio", "inverted"}
 COMPARE_KEYS = {"normal_deviation", "dihedral_change", "volume_change_percent", "deviation"}
 

@@ -11,13 +11,18 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
-from vtksmooth.kernels import adjacency, loop, quality
+from vtksmooth.errors import ParameterError
+from vtksmooth.kernels import adjacency, features, loop, quality
 from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
+from vtksmooth.kernels.constraints.creases import Creases
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.constraints.features import FeatureLines
 from vtksmooth.kernels.constraints.fixed import Fixed
 from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.schemes.equilateral import Equilateral
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
 from vtksmooth.kernels.schemes.umbrella import Umbrella
 
@@ -58,7 +63,7 @@ def bumpy(request):
 BOUND = 0.05
 
 
-@pytest.mark.parametrize("gate", ["none", "angle", "aspect"])
+@pytest.mark.parametrize("gate", ["none", "angle", "aspect", "floor"])
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_with_every_constraint(bumpy, name, gate):
     mesh = bumpy.mesh
@@ -92,6 +97,9 @@ def test_every_scheme_with_every_constraint(bumpy, name, gate):
         k = bumpy.k_of(points)
         if gate == "aspect":
             assert k.min() >= bumpy.k.min() - 1e-13
+            assert (k < 0).sum() <= (bumpy.k < 0).sum()
+        if gate == "floor":
+            assert k.min() >= min(bumpy.k.min(), 0.6) - 1e-13
             assert (k < 0).sum() <= (bumpy.k < 0).sum()
         if gate == "angle":
             # All faces round an accepted vertex have greater angles than the smallest was, others the same.
@@ -211,3 +219,123 @@ def test_gated_trapezium_drawing_like_the_definition(kind):
     points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=1)
     np.testing.assert_allclose(points, expected, atol=1e-12)
     assert 0 < report.moved < (near.border == 0).sum()
+
+
+# -- features and creases --------------------------------------------------------------------------
+
+
+class Block:
+    """A cuboid with straight ridges whose points are thrown about on its faces and along its ridges."""
+
+    def __init__(self, kind):
+        n = 6
+        mesh = meshes.cube(n, kind == "triangles")
+        random = np.random.default_rng(5)
+        points, at = mesh.points, (mesh.points == 0) | (mesh.points == n)
+        self.mesh = mesh.with_points(points + random.uniform(-0.3, 0.3, points.shape) * ~at)
+        self.planes, self.sides = at, at.sum(axis=1)
+        self.near = adjacency.build(self.mesh)
+        self.edges = adjacency.edges(self.near)
+
+
+@pytest.fixture(params=["triangles", "quads"], scope="module")
+def block(request):
+    return Block(request.param)
+
+
+@pytest.mark.parametrize("sliding", [False, True])
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_scheme_with_features(block, name, sliding):
+    mesh, start = block.mesh, block.mesh.points
+    for gate, fixed in product(([], [Gate("aspect")], [Gate("floor")]), (None, block.sides == 1)):
+        constraints = [TangentPlane(), FeatureLines(sliding), *gate]
+        points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=4, fixed=fixed)
+        # Flat faces stay flat, straight ridges straight.
+        np.testing.assert_allclose(points[block.planes], start[block.planes], atol=1e-12)
+        corners, ridges = block.sides == 3, block.sides == 2
+        assert points[corners].tobytes() == start[corners].tobytes()
+        moved = (points != start).any(axis=1)
+        if sliding:
+            assert moved[ridges].any() or gate
+        else:
+            assert not moved[ridges].any()
+        assert moved[block.sides == 1].any() == (fixed is None)
+        assert report.inverted[1] == 0
+
+
+def test_sliding_makes_ridges_even_and_needs_two_neighbours(block):
+    points, _ = loop.smooth(block.mesh, Umbrella(), [TangentPlane(), FeatureLines(True)], iterations=200)
+    ridges = block.sides == 2
+    np.testing.assert_allclose(points[ridges], np.round(points[ridges]), atol=1e-2)
+    found = features.detect(block.mesh, block.near)
+    ring = found.ridge_ring.copy()
+    ring[:, 1] = -1
+    held, _ = loop.smooth(
+        block.mesh,
+        Umbrella(),
+        [FeatureLines(True)],
+        iterations=3,
+        find_features=found._replace(ridge_ring=ring),
+    )
+    np.testing.assert_array_equal(held[ridges], block.mesh.points[ridges])
+
+
+def test_features_that_are_given_are_renumbered_as_the_run_is(block):
+    # In place the run has a numbering of its own; the features are those of a mesh numbered otherwise.
+    found = features.detect(block.mesh, block.near)
+    for gate in ([], [Gate("floor")]):
+        constraints = [TangentPlane(), FeatureLines(True), *gate]
+        given, _ = loop.smooth(block.mesh, Umbrella(), constraints, iterations=3, find_features=found)
+        expected, _ = loop.smooth(block.mesh, Umbrella(), constraints, iterations=3)
+        np.testing.assert_array_equal(given, expected)
+    with pytest.raises(ParameterError, match="features are those of 3 points"):
+        loop.smooth(
+            block.mesh, Umbrella(), [FeatureLines()], iterations=1,
+            find_features=features.Features(found.classes[:3], found.ridge_ring[:3], found.ridge_edges),
+        )  # fmt: skip
+
+
+def sharp_edges(mesh, angle):
+    return {edge: value for edge, value in reference.dihedral_angles(mesh).items() if abs(value) > angle}
+
+
+@pytest.mark.parametrize("kind", meshes.KINDS)
+@pytest.mark.parametrize("name", SCHEMES)
+def test_creases_stay_sharp_whatever_is_proposed(kind, name):
+    mesh = meshes.torus(18, 10, kind, jitter=0.25, seed=3)
+    for angle in (25.0, 40.0):
+        before = sharp_edges(mesh, angle)
+        assert before
+        creases = Creases(angle)
+        for constraints in ([creases], [creases, Gate("floor")], [BackToSurface(), creases, Gate("floor")]):
+            points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=4)
+            after = reference.dihedral_angles(mesh.with_points(points))
+            assert all(np.sign(value) * after[edge] >= angle - 1e-9 for edge, value in before.items())
+            assert report.moved > 0
+
+
+def test_without_the_constraint_creases_would_flatten():
+    mesh = meshes.torus(18, 10, jitter=0.25, seed=3)
+    points, _ = loop.smooth(mesh, Umbrella(), iterations=4)
+    after = reference.dihedral_angles(mesh.with_points(points))
+    assert any(abs(after[edge]) < 25 for edge in sharp_edges(mesh, 25.0))
+
+
+def test_steps_that_the_floor_gate_shortens_are_still_allowed():
+    # Halved steps would leave the surface, or its neighbourhood, if what came before did not act again.
+    bumpy = Bumpy("triangles")
+    for before, bound in (([BackToSurface()], 1e-12), ([DeviationBound(BOUND)], BOUND * (1 + 1e-12))):
+        points, _ = loop.smooth(bumpy.mesh, Equilateral(1.0), [*before, Gate("floor")], iterations=5)
+        assert bumpy.deviation(points).max() <= bound
+        assert (points != bumpy.mesh.points).any()
+
+
+def test_the_floor_gate_lets_the_mean_grow_where_the_aspect_gate_does_not():
+    mesh = meshes.icosphere(3)
+    noise = np.random.default_rng(9).normal(size=mesh.points.shape)
+    mesh = mesh.with_points(mesh.points + 0.03 * noise)
+    mean = {
+        measure: loop.smooth(mesh, Equilateral(1.0), [Gate(measure)], iterations=20)[1].mean_aspect_ratio[1]
+        for measure in ("aspect", "floor")
+    }
+    assert mean["floor"] > mean["aspect"] + 0.01

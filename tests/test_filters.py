@@ -22,6 +22,7 @@ from vtksmooth import (
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
     Cancelled,
+    EquilateralSmoothing,
     InvalidMeshError,
     LaplacianSmoothing,
     ParameterError,
@@ -31,7 +32,13 @@ from vtksmooth import (
 )
 from vtksmooth.filters.arrays import cells_of, surface_of
 
-SMOOTHING = [TrapeziumDrawing, LaplacianSmoothing, AngleBasedSmoothing, BackToSurfaceSmoothing]
+SMOOTHING = [
+    TrapeziumDrawing,
+    LaplacianSmoothing,
+    AngleBasedSmoothing,
+    BackToSurfaceSmoothing,
+    EquilateralSmoothing,
+]
 
 
 def polydata(points: Any, faces: list[list[int]]) -> vtkPolyData:

@@ -9,9 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from schemes import SCHEMES
 
-from vtksmooth.kernels import adjacency, loop, parallel, quality
+from vtksmooth.kernels import adjacency, loop, measure, parallel, quality
 from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
+from vtksmooth.kernels.constraints.creases import Creases
+from vtksmooth.kernels.constraints.features import FeatureLines
 from vtksmooth.kernels.constraints.gate import Gate
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
@@ -70,6 +72,7 @@ constraint_lists = st.sampled_from(
         [Boundary(sliding=True), Gate("aspect")],
         [TangentPlane(), Gate("aspect")],
         [Boundary(sliding=True), BackToSurface(), Gate("aspect")],
+        [Boundary(sliding=True), TangentPlane(), FeatureLines(), Creases(30.0), Gate("aspect")],
     ]
 )
 
@@ -90,7 +93,45 @@ def test_no_pass_of_trapezium_drawing_makes_the_worst_face_worse_or_inverts_more
 @given(
     mesh=surfaces(),
     scheme=st.sampled_from(list(SCHEMES.values())),
-    gate=st.sampled_from([[], [Gate("angle")], [Gate("aspect")]]),
+    before=st.sampled_from(
+        [[], [Boundary(sliding=True)], [TangentPlane(), FeatureLines()], [BackToSurface()], [Creases(40.0)]]
+    ),
+    floor=st.sampled_from([0.0, 0.3, 0.6, 1.0]),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=150)
+def test_no_pass_with_the_floor_gate_goes_below_the_floor_or_inverts_more(mesh, scheme, before, floor, seed):
+    k_of, fixed = frozen_k(mesh), masks(mesh, seed)
+    k = k_of(mesh.points)
+    for passes in range(1, 5):
+        constraints = [*before, Gate("floor", floor)]
+        points, _ = loop.smooth(mesh, scheme, constraints, iterations=passes, fixed=fixed)
+        after = k_of(points)
+        assert after.min() >= min(k.min(), floor) - ROUNDING
+        assert (after < -ROUNDING).sum() <= (k < 0).sum()
+        k = after
+
+
+@given(
+    mesh=surfaces(),
+    scheme=st.sampled_from(list(SCHEMES.values())),
+    gate=st.sampled_from([[], [Gate("aspect")], [Gate("floor")]]),
+    angle=st.sampled_from([5.0, 30.0, 60.0]),
+)
+@settings(max_examples=100)
+def test_no_edge_above_the_crease_angle_falls_below_it(mesh, scheme, gate, angle):
+    edges = adjacency.edges(adjacency.build(mesh))
+    before = measure.dihedral_angles(mesh, *edges)
+    points, _ = loop.smooth(mesh, scheme, [Boundary(sliding=True), Creases(angle), *gate], iterations=4)
+    after = measure.dihedral_angles(mesh.with_points(points), *edges)
+    sharp = np.abs(before) > angle
+    assert (np.sign(before[sharp]) * after[sharp] >= angle - 1e-6).all()
+
+
+@given(
+    mesh=surfaces(),
+    scheme=st.sampled_from(list(SCHEMES.values())),
+    gate=st.sampled_from([[], [Gate("angle")], [Gate("aspect")], [Gate("floor")]]),
     seed=st.integers(0, 99),
 )
 @settings(max_examples=150)
@@ -155,7 +196,7 @@ def test_pose_and_scale_do_not_matter(mesh, scheme, constraints, seed, scale):
 
 
 @pytest.mark.parametrize("name", SCHEMES)
-@pytest.mark.parametrize("gate", ["none", "angle", "aspect"])
+@pytest.mark.parametrize("gate", ["none", "angle", "aspect", "floor"])
 @pytest.mark.parametrize("kind", meshes.KINDS)
 def test_pose_and_scale_do_not_matter_to_regular_meshes(name, gate, kind):
     # Everything is a tie here: equal angles, equal minima, steps of nothing but rounding.

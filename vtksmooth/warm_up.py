@@ -43,6 +43,8 @@ def _bump(size: int, kind: str) -> vtkPolyData:
 _EVERYTHING = {
     "iterations": 2,
     "boundary": "sliding",
+    "features": "slide",
+    "crease_angle": 40.0,
     "max_deviation_fraction": 0.5,
     "stop_normal_deviation": 180.0,
     "stop_dihedral_change": 360.0,

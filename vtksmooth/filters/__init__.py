@@ -6,6 +6,7 @@ from .angle_based_smoothing import AngleBasedSmoothing
 from .back_to_surface_smoothing import BackToSurfaceSmoothing
 from .base import Filter
 from .containment_check import ContainmentCheck
+from .equilateral_smoothing import EquilateralSmoothing
 from .installation_space_regions import InstallationSpaceRegions
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import Parameter
@@ -23,6 +24,7 @@ FILTERS: tuple[type[Filter], ...] = (
     LaplacianSmoothing,
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
+    EquilateralSmoothing,
     ValenceTriangulation,
     InstallationSpaceRegions,
     ContainmentCheck,
@@ -33,6 +35,7 @@ __all__ = [
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "ContainmentCheck",
+    "EquilateralSmoothing",
     "Filter",
     "InstallationSpaceRegions",
     "LaplacianSmoothing",

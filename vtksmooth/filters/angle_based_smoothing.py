@@ -32,11 +32,6 @@ class AngleBasedSmoothing(SmoothingFilter):
     command = "angle-based"
 
     weighted = Parameter(False, "Weigh each neighbour with 1/angle^2, so that small angles count more.")
-    gate = Parameter(
-        "none",
-        "What must improve round a vertex for it to move: nothing, smallest angle, or aspect ratio.",
-        choices=("none", "angle", "aspect"),
-    )
 
     def make_scheme(self) -> Scheme:
         """Return the angle-based scheme."""

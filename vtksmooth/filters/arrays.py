@@ -128,21 +128,23 @@ def vtk_triangles(triangles: Int) -> Any:
     return cells
 
 
-def point_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
-    """Return the point array `name` with one component, or None where there is none of that name.
+def point_array(polydata: Any, name: str, components: int = 1) -> npt.NDArray[Any] | None:
+    """Return the point array `name`, or None where there is none of that name.
 
     Raises
     ------
     InvalidMeshError
-        The array has several components, or another length than the points.
+        The array has another number of components, or another length than the points.
     """
     array = polydata.GetPointData().GetArray(name)
     if array is None:
         return None
     values: npt.NDArray[Any] = vtk_to_numpy(array)
-    if values.shape != (polydata.GetNumberOfPoints(),):
+    shape = (polydata.GetNumberOfPoints(), components)[:components]
+    if values.shape != shape:
+        what = "one value" if components == 1 else f"{components} values"
         raise InvalidMeshError(
-            f"The point array {name!r} has the shape {values.shape}; it must hold one value for each point."
+            f"The point array {name!r} has the shape {values.shape}; it must hold {what} for each point."
         )
     return values
 

@@ -32,11 +32,7 @@ class BackToSurfaceSmoothing(SmoothingFilter):
     command = "back-to-surface"
 
     relaxation = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
-    gate = Parameter(
-        "angle",
-        "What must improve round a vertex for it to move: nothing, smallest angle, or aspect ratio.",
-        choices=("none", "angle", "aspect"),
-    )
+    gate = SmoothingFilter.gate.with_default("angle")
     tangent_plane = True
     back_to_surface = True
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any
 
 from ..errors import ParameterError
@@ -76,6 +77,12 @@ class Parameter:
         self.automatic = automatic
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
+
+    def with_default(self, default: Any) -> Parameter:
+        """Return the same declaration with another default, for a subclass of the filter."""
+        other = copy(self)
+        other.default = default
+        return other
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name

@@ -9,22 +9,30 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..errors import ParameterError, VtksmoothError
+from ..errors import InvalidMeshError, ParameterError, VtksmoothError
 from ..kernels import loop, measure
+from ..kernels.adjacency import Adjacency
 from ..kernels.constraints import Constraint
 from ..kernels.constraints.back_to_surface import BackToSurface
 from ..kernels.constraints.boundary import Boundary
+from ..kernels.constraints.creases import Creases
 from ..kernels.constraints.deviation_bound import DeviationBound
+from ..kernels.constraints.features import FeatureLines
 from ..kernels.constraints.gate import Gate
 from ..kernels.constraints.tangent_plane import TangentPlane
+from ..kernels.features import Features, detect
+from ..kernels.mesh import Mesh
 from ..kernels.schemes import Scheme
 from ..report import RunReport
 from .arrays import point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field, output_like
-from .parameter import Parameter
+from .parameter import AUTO, Parameter
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
+
+#: Arrays that say what the features are, when both are there.
+FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
 
 
 class SmoothingFilter(Filter):
@@ -50,6 +58,32 @@ class SmoothingFilter(Filter):
         30.0, "Sliding boundary points stay where the boundary turns by more than this.",
         low=0.0, high=180.0, unit="deg",
     )  # fmt: skip
+    features = Parameter(
+        "ignore",
+        "Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.",
+        choices=("ignore", "hold", "slide"),
+    )
+    ridge_angle = Parameter(
+        AUTO, "Dihedral angle from which an edge is a ridge, where no arrays say what the features are.",
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float,
+    )  # fmt: skip
+    corner_angle = Parameter(
+        AUTO, "Turning angle from which a ridge or a cone has a corner, where no arrays say it.",
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float,
+    )  # fmt: skip
+    crease_angle = Parameter(
+        None, "Edges with a dihedral angle above this stay above it.",
+        low=0.0, high=180.0, unit="deg", optional=True, type=float,
+    )  # fmt: skip
+    gate = Parameter(
+        "none",
+        "What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect "
+        "ratio, or (floor) that below gate_floor and the mean above it.",
+        choices=("none", "angle", "aspect", "floor"),
+    )
+    gate_floor = Parameter(
+        0.6, "Of the gate with a floor: aspect ratio that is good enough.", low=0.0, high=1.0
+    )
     max_deviation_fraction = Parameter(
         None, "Keep every point within this distance of the original surface.",
         low=0.0, unit="diagonals", optional=True, type=float,
@@ -98,7 +132,6 @@ class SmoothingFilter(Filter):
         raise NotImplementedError
 
     #: What of the declared constraints a subclass does not let people choose.
-    gate: Any = "none"
     tangent_plane: Any = False
     back_to_surface: Any = False
 
@@ -108,12 +141,16 @@ class SmoothingFilter(Filter):
         if self.tangent_plane:
             constraints.append(TangentPlane())
         constraints.append(Boundary(self.boundary == "sliding", self.boundary_corner_angle))
+        if self.features != "ignore":
+            constraints.append(FeatureLines(sliding=self.features == "slide"))
         if self.back_to_surface:
             constraints.append(BackToSurface())
         if self.max_deviation_fraction is not None:
             constraints.append(DeviationBound(self.max_deviation_fraction * diagonal))
+        if self.crease_angle is not None:
+            constraints.append(Creases(self.crease_angle))
         if self.gate != "none":
-            constraints.append(Gate(self.gate))
+            constraints.append(Gate(self.gate, self.gate_floor))
         return constraints
 
     def make_stop_rules(self, diagonal: float) -> loop.StopRules:
@@ -139,6 +176,7 @@ class SmoothingFilter(Filter):
             self.make_constraints(diagonal),
             iterations=self.iterations,
             fixed=self._fixed_mask(source),
+            find_features=self._given_features(source) or self._find_features,
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
         )
@@ -169,6 +207,22 @@ class SmoothingFilter(Filter):
                 f"There is no point array {self.fixed!r} to fix points by; the mesh has: {names}."
             )
         return mask
+
+    def _given_features(self, source: Any) -> Features | None:
+        classes = point_array(source, FEATURE_CLASS)
+        ring = point_array(source, RIDGE_NEIGHBOURS, components=2)
+        if classes is None or ring is None:
+            return None
+        if not (np.isin(classes, range(4)).all() and ((ring >= -1) & (ring < len(ring))).all()):
+            raise InvalidMeshError(
+                f"{FEATURE_CLASS} and {RIDGE_NEIGHBOURS} do not belong to this mesh; detect its features "
+                "anew, or remove the arrays."
+            )
+        no_edges = np.empty((0, 2), np.int32)
+        return Features(classes.astype(np.uint8), ring.astype(np.int32), no_edges)
+
+    def _find_features(self, mesh: Mesh, near: Adjacency) -> Features:
+        return detect(mesh, near, ridge_angle=self.ridge_angle, corner_angle=self.corner_angle)
 
     def _in_output_precision(self, points: npt.NDArray[np.float64], given: np.dtype[Any]) -> npt.NDArray[Any]:
         if self.output_points_precision == "single":

@@ -40,11 +40,7 @@ class TrapeziumDrawing(SmoothingFilter):
     command = "trapezium-drawing"
 
     iterations = Parameter(5, "Most iterations to do.", low=0)
-    gate = Parameter(
-        "aspect",
-        "What must improve round a vertex for it to move: aspect ratio, smallest angle, or nothing.",
-        choices=("none", "angle", "aspect"),
-    )
+    gate = SmoothingFilter.gate.with_default("aspect")
 
     def make_scheme(self) -> Scheme:
         """Return Trapezium Drawing."""

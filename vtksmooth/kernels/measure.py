@@ -65,12 +65,11 @@ def _dihedral_angles(starts, ends, points, edge_ends, edge_faces, area, degrees)
                 continue
             p = edge_ends[e, 0]
             q = edge_ends[e, 1]
-            degrees[e] = np.degrees(
-                dihedral_angle(
-                    area[f, 0], area[f, 1], area[f, 2], area[g, 0], area[g, 1], area[g, 2],
-                    points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2],
-                )  # fmt: skip
-            )
+            angle = dihedral_angle(
+                area[f, 0], area[f, 1], area[f, 2], area[g, 0], area[g, 1], area[g, 2],
+                points[q, 0] - points[p, 0], points[q, 1] - points[p, 1], points[q, 2] - points[p, 2],
+            )  # fmt: skip
+            degrees[e] = np.degrees(angle)
 
 
 @kernel

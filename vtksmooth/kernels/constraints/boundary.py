@@ -13,7 +13,7 @@ from . import Constraint, Float64, Int64
 
 @kernel
 def slide(starts, ends, points, kind, ring, pinned, proposed):  # type: ignore[no-untyped-def]
-    """Trapezium Drawing in one dimension, half way, for the vertices of kind 1 between their two neighbours."""
+    """Trapezium Drawing in one dimension, half way, for vertices of kind 1 between their two neighbours."""
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if kind[v] != 1 or pinned[v]:

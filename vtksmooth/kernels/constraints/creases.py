@@ -62,7 +62,9 @@ def _stays(points, near, edge_ends, edge_faces, sign, limit, s, v, x, y, z):  # 
     turn = max(angle_between(ax, ay, az, cx, cy, cz), angle_between(bx, by, bz, dx, dy, dz))
     f = edge_faces[s, 0]
     g = edge_faces[s, 1]
-    sharper = new >= old and near.offsets[f + 1] - near.offsets[f] == 3 == near.offsets[g + 1] - near.offsets[g]
+    sharper = (
+        new >= old and near.offsets[f + 1] - near.offsets[f] == 3 == near.offsets[g + 1] - near.offsets[g]
+    )
     return turn <= 0.5 * (np.pi - old) and (sharper or turn <= 0.5 * (old - limit))
 
 
