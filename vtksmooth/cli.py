@@ -38,6 +38,7 @@ COMMANDS = {
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
     "angle-based": "smooth by turning spokes onto bisectors",
     "back-to-surface": "smart Laplacian that stays on the original surface",
+    "equilateral": "elements as regular as can be on the same surface, features kept",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
     "containment": "count what of a mesh is outside its installation space",
