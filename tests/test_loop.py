@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth.errors import Cancelled, ParameterError
-from vtksmooth.kernels import adjacency, loop, measure, parallel, quality
+from vtksmooth.kernels import adjacency, features, loop, measure, parallel, quality
 from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
@@ -58,7 +58,13 @@ def test_the_fused_sweep_is_what_trapezium_drawing_uses():
         ([DeviationBound(1.0), Gate("aspect")], False),
     ):
         run = loop._Run(
-            meshes.torus(12, 8), TrapeziumDrawing(), constraints, None, loop.StopRules(), loop._ignore
+            meshes.torus(12, 8),
+            TrapeziumDrawing(),
+            constraints,
+            None,
+            features.detect,
+            loop.StopRules(),
+            loop._ignore,
         )
         run.start()
         assert (run.fused is not None) == fused
