@@ -2,10 +2,11 @@
 
 import json
 import sys
+import time
 from pathlib import Path
 
 from paraview import servermanager, simple
-from vtkmodules.vtkIOXML import vtkXMLDataObjectWriter
+from vtkmodules import vtkIOXML
 
 folder = Path(sys.argv[1])
 asked = json.loads((folder / "asked.json").read_text())
@@ -19,11 +20,15 @@ def said(text):
 
 
 def save(proxy, name):
-    """Save every output of a proxy; return the files."""
+    """Save every output of a proxy; return the files, None for what is empty."""
     files = []
     for port in range(proxy.SMProxy.GetNumberOfOutputPorts()):
         data = servermanager.Fetch(simple.OutputPort(proxy, port), idx=port)
-        writer = vtkXMLDataObjectWriter.NewWriter(data.GetDataObjectType())
+        if data.GetNumberOfPoints() == 0:
+            files.append(None)
+            continue
+        blocks = data.IsA("vtkMultiBlockDataSet")
+        writer = vtkIOXML.vtkXMLMultiBlockDataWriter() if blocks else vtkIOXML.vtkXMLPolyDataWriter()
         files.append(str(folder / f"{name}-{port}.{writer.GetDefaultFileExtension()}"))
         writer.SetFileName(files[-1])
         writer.SetInputData(data)
@@ -43,8 +48,8 @@ def run():
     """Run filters: name, inputs by name, properties."""
     for job in asked["jobs"]:
         said(job["id"])
-        inputs = dict(zip(job["inputs"], readers_of(job["inputs"].values())))
-        proxy = getattr(simple, job["filter"])(**inputs)
+        inputs = dict(zip(job["inputs"], readers_of(job["inputs"].values()), strict=True))
+        proxy = filters[job["filter"]](**inputs)
         for name, value in job["properties"].items():
             setattr(proxy, name, value)
         proxy.UpdatePipeline()
@@ -54,11 +59,17 @@ def run():
 def watch():
     """Record progress, as the filter sends it and as ParaView's bar gets it; abort; run again."""
     said("watch")
-    proxy = simple.TrapeziumDrawing(Input=readers_of([asked["mesh"]])[0])
+    proxy = filters["TrapeziumDrawing"](Input=readers_of([asked["mesh"]])[0])
     filter = proxy.GetClientSideObject()
     sent, shown = [], []
-    number = filter.AddObserver("ProgressEvent", lambda *_: sent.append(filter.GetProgress()))
+
+    def hear(*_):
+        sent.append(filter.GetProgress())
+        time.sleep(0.02)  # ParaView passes over what follows too soon
+
+    number = filter.AddObserver("ProgressEvent", hear)
     handler = servermanager.ActiveConnection.Session.GetProgressHandler()
+    handler.SetProgressInterval(handler.GetProgressIntervalMinValue())
     handler.AddObserver(
         "ProgressEvent", lambda *_: shown.append([handler.GetLastProgressText(), handler.GetLastProgress()])
     )
@@ -70,20 +81,21 @@ def watch():
     proxy.UpdatePipeline()
     answers["aborted"] = proxy.GetDataInformation().GetNumberOfPoints()
     filter.RemoveObserver(number)
-    filter.SetAbortExecute(0)
     proxy.Iterations = 8
     proxy.UpdatePipeline()
     answers["after"] = proxy.GetDataInformation().GetNumberOfPoints()
 
 
-def picture():
-    """Save a state with every kind of property changed, and a picture of it."""
-    said("picture")
+def state():
+    """Save a state with every kind of property changed; where there is a screen, a picture."""
+    said("state")
     for source in list(simple.GetSources().values()):
         simple.Delete(source)
     reader = readers_of([asked["mesh"]])[0]
-    proxy = simple.LaplacianSmoothing(Input=reader, Iterations=4, Scheme="taubin", TangentPlane=1)
-    proxy.Set(Fixed="Pins", UseStopNormalDeviation=1, StopNormalDeviation=170.0, PassBand=0.25)
+    proxy = filters["LaplacianSmoothing"](
+        Input=reader, Iterations=4, Scheme="taubin", TangentPlane=1, Fixed="Pins",
+        UseStopNormalDeviation=1, StopNormalDeviation=170.0, PassBand=0.25,
+    )  # fmt: skip
     if asked["screen"]:
         view = simple.CreateView("RenderView")
         simple.Show(proxy, view)
@@ -104,12 +116,14 @@ def reload():
     proxy.UpdatePipeline()
     answers["reloaded"] = save(proxy, "reloaded")
     answers["properties"] = {
-        name: getattr(proxy, name) for name in ("Iterations", "Scheme", "TangentPlane", "Fixed", "PassBand")
+        name: proxy.GetProperty(name).GetData()
+        for name in ("Iterations", "Scheme", "TangentPlane", "Fixed", "PassBand")
     }
 
 
+filters = dict(vars(simple))
 if asked["plugin"]:
-    simple.LoadPlugin(asked["plugin"], remote=False, ns=globals())
+    simple.LoadPlugin(asked["plugin"], remote=False, ns=filters)
 for step in asked["steps"]:
     globals()[step]()
 (folder / "answers.json").write_text(json.dumps(answers))

@@ -20,10 +20,20 @@ FOREIGN = [
     set(),
     {"numpy", "numba", "scipy"},
     {"numpy", "vtkmodules"},
+    {"numpy", "vtkmodules", "paraview"},
     {"numpy", "vtkmodules", "pyvista"},
     {"numpy", "vtkmodules", "pyvista", "matplotlib"},
 ]
-LAYERS = {"errors": 0, "report": 0, "kernels": 1, "filters": 2, "accessor": 3, "files": 3, "recipe": 3}
+LAYERS = {
+    "errors": 0,
+    "report": 0,
+    "kernels": 1,
+    "filters": 2,
+    "paraview": 3,
+    "accessor": 4,
+    "files": 4,
+    "recipe": 4,
+}
 TOP = len(FOREIGN) - 1
 
 GUI = ROOT / "gui"
@@ -106,6 +116,7 @@ def test_imports_run_one_way(file):
         ("vtksmooth.kernels.schemes.taubin", "def f():\n    from ...accessor import method_name"),
         ("vtksmooth.filters.base", "import pyvista as pv"),
         ("vtksmooth.filters.base", "from .. import files"),
+        ("vtksmooth.paraview.proxies", "import pyvista as pv"),
         ("vtksmooth.accessor", "import vtk"),
         ("vtksmooth.files.reading", "from ..cli import main"),
     ],

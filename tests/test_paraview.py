@@ -1,5 +1,6 @@
 """The ParaView plugin: its definitions against the declarations, and a real ParaView against plain VTK."""
 
+import contextlib
 import json
 import os
 import re
@@ -115,19 +116,16 @@ def test_inputs_and_outputs_are_named(cls):
     assert found.find("Documentation").text.startswith(found.find("Documentation").get("short_help")[:-1])
 
 
-def test_a_refused_value_ends_the_run_and_not_the_program(capfd):
+def test_a_refused_value_ends_the_run_and_not_the_program(caplog):
     proxy = proxies.PROXIES[vtksmooth.TrapeziumDrawing]()
-    proxy.SetInputData(pv.read(pv.examples.planefile))
+    proxy.SetInputData(pv.read(pv.examples.antfile))
     proxy.push("iterations", -3)
-    consumer = pv.PolyData()  # nothing raises on the way that ParaView takes
-    proxy.GetExecutive().Update()
-    consumer.shallow_copy(proxy.GetOutput())
-    assert consumer.n_points == 0
-    assert capfd.readouterr().err.count("TrapeziumDrawing: iterations must be 0 or more, not -3.") == 1
+    proxy.GetExecutive().Update()  # the way that ParaView takes
+    assert proxy.GetOutput().GetNumberOfPoints() == 0
+    assert [*caplog.messages] == ["TrapeziumDrawing: iterations must be 0 or more, not -3."]
     proxy.push("iterations", 1)
-    assert proxy.iterations == 1
-    proxy.Update()
-    assert proxy.GetOutput().GetNumberOfPoints() == 1335
+    proxy.GetExecutive().Update()
+    assert proxy.GetOutput().GetNumberOfPoints() == 486
 
 
 # -- in ParaView -----------------------------------------------------------------------------------
@@ -144,11 +142,6 @@ def pvpython(*arguments, env):
     return subprocess.run(command, capture_output=True, text=True, env=env, timeout=900)
 
 
-def screen():
-    """Without a display ParaView's pictures end in a crash: what gives it one."""
-    return bool(os.environ.get("DISPLAY")) or bool(shutil.which("xvfb-run") and shutil.which("xauth"))
-
-
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
     """A folder with this environment's numba for ParaView: the sources stay where they are."""
@@ -161,4 +154,185 @@ def packages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("packages")
     for package in ("numba", "llvmlite"):
         (folder / package).symlink_to(Path(numba.__file__).parents[1] / package)
+    metadata = folder / "vtksmooth-0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text(f"Name: vtksmooth\nVersion: {vtksmooth.__version__}\n")
     return folder
+
+
+class ParaView:
+    """Sessions of pvpython in one folder."""
+
+    def __init__(self, folder, packages):
+        self.folder = folder
+        self.env = environment(PACKAGE.parent, packages, DEBIAN)
+        self.mesh = str(folder / "mesh.vtp")
+        self.original = str(folder / "original.vtp")
+        self.blocks = str(folder / "blocks.vtm")
+
+    def session(self, *steps, jobs=(), plugin=str(PLUGIN), **env):
+        """Run steps of paraview_session.py; return its answers and what was printed, by job."""
+        asked = {"steps": steps, "jobs": jobs, "plugin": plugin, "names": NAMES, "mesh": self.mesh}
+        asked["screen"] = "DISPLAY" in env
+        (self.folder / "asked.json").write_text(json.dumps(asked))
+        (self.folder / "answers.json").unlink(missing_ok=True)
+        script = Path(__file__).with_name("paraview_session.py")
+        done = pvpython(script, self.folder, env=self.env | env)
+        assert done.returncode == 0, done.stderr
+        answers = json.loads((self.folder / "answers.json").read_text())
+        parts = re.split(r"^<(.*)>\n", done.stderr, flags=re.MULTILINE)
+        return answers, dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@pytest.fixture(scope="module")
+def paraview(packages, tmp_path_factory):
+    """A ParaView, with PyVista's meshes in the files that it reads best."""
+    paraview = ParaView(tmp_path_factory.mktemp("paraview"), packages)
+    mesh = pv.read(pv.examples.antfile)
+    mesh.point_data["Pins"] = (np.arange(mesh.n_points) % 7 == 0).astype(np.uint8)
+    mesh.cell_data["Number"] = np.arange(mesh.n_cells)
+    mesh.save(paraview.mesh)
+    mesh.scale(1.5).save(paraview.original)
+    plane = pv.read(pv.examples.planefile)
+    pv.MultiBlock([mesh, plane.point_data.clear() or plane]).save(paraview.blocks)
+    return paraview
+
+
+def jobs():
+    """Every filter with its defaults and with other values, on one mesh and on composite data."""
+    for cls in FILTERS:
+        names = [proxies.input_name(cls, port) for port in range(len(cls.inputs))]
+        others = {parameter.name: other_value(parameter) for parameter in cls.parameters().values()}
+        for kind, files, values in (
+            ("defaults", ("mesh", "original"), {}),
+            ("others", ("mesh", "original"), others),
+            ("blocks", ("blocks", "blocks"), {}),
+        ):
+            yield cls, kind, dict(zip(names, files, strict=False)), values
+
+
+@pytest.fixture(scope="module")
+def ran(paraview):
+    asked = []
+    for cls, kind, inputs, values in jobs():
+        found = {}
+        for name, value in values.items():
+            found |= as_properties(cls.parameters()[name], value)
+        inputs = {name: getattr(paraview, file) for name, file in inputs.items()}
+        job = {"id": f"{cls.__name__}-{kind}", "filter": cls.__name__, "inputs": inputs, "properties": found}
+        asked.append(job)
+    return paraview.session("run", "watch", jobs=asked)
+
+
+def same(result, expected):
+    """Every array bit for bit, but for the time it took."""
+    if isinstance(expected, pv.MultiBlock):
+        assert len(result) == len(expected)
+        for one, other in zip(result, expected, strict=True):
+            same(one, other)
+        return
+    np.testing.assert_array_equal(result.points, expected.points, strict=True)
+    for cells in ("verts", "lines", "faces", "strips"):
+        np.testing.assert_array_equal(getattr(result, cells), getattr(expected, cells))
+    for kind in ("point_data", "cell_data", "field_data"):
+        data, wanted = getattr(result, kind), getattr(expected, kind)
+        assert set(data.keys()) == set(wanted.keys())
+        for name in set(wanted.keys()) - {"SmoothingSeconds"}:
+            np.testing.assert_array_equal(data[name], wanted[name])
+
+
+@pytest.mark.parametrize(
+    ("cls", "kind", "inputs", "values"),
+    [pytest.param(*job, id=f"{job[0].__name__}-{job[1]}") for job in jobs()],
+)
+def test_paraview_gives_what_vtk_gives(paraview, ran, cls, kind, inputs, values):
+    answers, printed = ran
+    name = f"{cls.__name__}-{kind}"
+    results = [file and pv.read(file) for file in answers[name]]
+    assert len(results) == len(cls.outputs)
+    meshes = [pv.read(getattr(paraview, file)) for file in inputs.values()]
+    filter = cls(**values)
+    with contextlib.suppress(VtksmoothError):
+        filter(*meshes)
+    error = filter.last_error
+    assert printed[name].strip() == ("" if error is None else f"{cls.__name__}: {error}")
+    for port, result in enumerate(results):
+        if result is None:
+            assert filter.GetOutput(port).GetNumberOfPoints() == 0
+        else:
+            same(result, pv.wrap(filter.GetOutput(port)))
+
+
+def test_no_name_is_taken_in_paraview(ran):
+    assert ran[0]["taken"] == []
+
+
+def test_progress_reaches_paraviews_bar(ran):
+    progress = ran[0]["progress"]
+    assert progress["sent"] == sorted(progress["sent"])
+    assert progress["sent"][-1] == 1
+    assert progress["shown"][0] == ["TrapeziumDrawing", 0]
+    assert max(percent for _, percent in progress["shown"]) == 100
+
+
+def test_an_aborted_run_is_empty_and_the_next_one_works(ran):
+    assert ran[0]["aborted"] == 0
+    assert ran[0]["after"] == 486
+    assert ran[1]["watch"].strip() == ""
+
+
+@pytest.fixture
+def display():
+    """A display of the test's own: without one ParaView's pictures end in a crash."""
+    if not shutil.which("Xvfb"):
+        pytest.skip("Xvfb is missing; on Debian: apt-get install xvfb")
+    reading, writing = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
+        os.close(writing)
+        with open(reading) as answer:
+            yield f":{answer.readline().strip()}"
+        server.terminate()
+
+
+def test_state(paraview):
+    saved, _ = paraview.session("state")
+    reloaded, _ = paraview.session("reload")
+    assert reloaded["properties"] == {
+        "Iterations": 4, "Scheme": "taubin", "TangentPlane": 1, "Fixed": "Pins", "PassBand": 0.25,
+    }  # fmt: skip
+    results = [pv.read(answer[0]) for answer in (saved["saved"], reloaded["reloaded"])]
+    mesh = pv.read(paraview.mesh)
+    filter = vtksmooth.LaplacianSmoothing(
+        iterations=4, scheme="taubin", tangent_plane=True, fixed="Pins", stop_normal_deviation=170,
+        pass_band=0.25,
+    )  # fmt: skip
+    for result in results:
+        same(result, pv.wrap(filter(mesh)))
+    assert filter.report.iterations == 4
+    pinned = mesh["Pins"] == 1
+    np.testing.assert_array_equal(results[1].points[pinned], mesh.points[pinned])
+
+
+def test_picture(paraview, display):
+    paraview.session("state", DISPLAY=display)
+    picture = pv.read(paraview.folder / "picture.png")
+    assert picture.dimensions == (400, 300, 1)
+    assert picture["PNGImage"].std() > 10
+
+
+def test_found_by_the_plugin_path(paraview):
+    job = {"id": "path", "filter": "SurfaceQuality", "inputs": {"Input": paraview.mesh}, "properties": {}}
+    answers, _ = paraview.session("run", jobs=[job], plugin=None, PV_PLUGIN_PATH=str(PLUGIN.parent))
+    same(pv.read(answers["path"][0]), pv.wrap(vtksmooth.SurfaceQuality()(pv.read(paraview.mesh))))
+
+
+def test_missing_packages_are_said(packages, tmp_path):
+    copy = tmp_path / "vtksmooth"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    plugin = copy / PLUGIN.relative_to(PACKAGE)
+    code = f"from paraview.simple import *; LoadPlugin({str(plugin)!r}, remote=False)"
+    done = pvpython("-c", code, env=environment(DEBIAN))
+    assert "vtksmooth cannot be loaded: " in done.stderr
+    assert str(tmp_path) in done.stderr
+    assert done.returncode in (0, 1)  # no crash

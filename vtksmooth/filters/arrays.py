@@ -123,8 +123,9 @@ def vtk_triangles(triangles: Int) -> Any:
     cells = vtkCellArray()
     offsets = np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int64)
     corners = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
-    # An array of VTK's own type for indices: others are kept as "generic" storage, which is slow.
-    cells.SetData(numpy_to_vtkIdTypeArray(offsets), numpy_to_vtkIdTypeArray(corners))
+    # An array of VTK's own type for indices: others are kept as "generic" storage, which is slow. A
+    # copy: VTK 9.2 takes the memory out of these arrays, and they free it.
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=1), numpy_to_vtkIdTypeArray(corners, deep=1))
     return cells
 
 

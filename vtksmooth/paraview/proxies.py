@@ -52,9 +52,13 @@ class Proxy(Filter):
 
     def RequestData(self, request: Any, inInfo: Any, outInfo: Any) -> int:
         """Run the filter; say that kernels are being compiled, where the first run waits for it."""
+        self.SetAbortExecute(0)  # of an earlier run: VTK's flag sticks
+        self.SetProgressText(type(self).__name__)
         with on_compile(self._say_compiling):
             super().RequestData(request, inInfo, outInfo)
-        # Failures have been told: VTK's "returned failure for request", many lines, adds nothing.
+        # A failure has been told. Marked as one it would be told again by VTK, in many lines, and the
+        # filter would run again for everyone who looks at its output.
+        self.SetAbortOutput(False)
         return 1
 
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
