@@ -269,7 +269,7 @@ def test_no_name_is_taken_in_paraview(ran):
 
 def test_progress_reaches_paraviews_bar(ran):
     progress = ran[0]["progress"]
-    assert progress["sent"] == sorted(progress["sent"])
+    assert np.diff(progress["sent"]).min() > -1e-12
     assert progress["sent"][-1] == 1
     assert progress["shown"][0] == ["TrapeziumDrawing", 0]
     assert max(percent for _, percent in progress["shown"]) == 100
