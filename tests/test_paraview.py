@@ -123,7 +123,7 @@ def test_a_refused_value_ends_the_run_and_not_the_program(caplog):
     proxy.GetExecutive().Update()  # the way that ParaView takes
     assert proxy.GetOutput().GetNumberOfPoints() == 0
     assert [*caplog.messages] == ["TrapeziumDrawing: iterations must be 0 or more, not -3."]
-    proxy.push("iterations", 1)
+    proxy.push("iterations", proxy.iterations)
     proxy.GetExecutive().Update()
     assert proxy.GetOutput().GetNumberOfPoints() == 486
 
@@ -142,15 +142,20 @@ def pvpython(*arguments, env):
     return subprocess.run(command, capture_output=True, text=True, env=env, timeout=900)
 
 
+def missing(what):
+    """Skip for want of something; fail where it must be there."""
+    (pytest.fail if os.environ.get("VTKSMOOTH_NEED_PARAVIEW") else pytest.skip)(what)
+
+
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
     """A folder with this environment's numba for ParaView: the sources stay where they are."""
     if not shutil.which("pvpython"):
-        pytest.skip("pvpython is missing; on Debian: apt-get install paraview python3-paraview")
+        missing("pvpython is missing; on Debian: apt-get install paraview python3-paraview")
     done = pvpython("-c", "import sys; print(*sys.version_info[:2])", env=environment())
     assert done.returncode == 0, done.stderr
     if done.stdout.split() != [str(number) for number in sys.version_info[:2]]:
-        pytest.skip(f"ParaView runs Python {'.'.join(done.stdout.split())}, which needs another numba")
+        missing(f"ParaView runs Python {'.'.join(done.stdout.split())}, which needs another numba")
     folder = tmp_path_factory.mktemp("packages")
     for package in ("numba", "llvmlite"):
         (folder / package).symlink_to(Path(numba.__file__).parents[1] / package)
@@ -285,7 +290,7 @@ def test_an_aborted_run_is_empty_and_the_next_one_works(ran):
 def display():
     """A display of the test's own: without one ParaView's pictures end in a crash."""
     if not shutil.which("Xvfb"):
-        pytest.skip("Xvfb is missing; on Debian: apt-get install xvfb")
+        missing("Xvfb is missing; on Debian: apt-get install xvfb")
     reading, writing = os.pipe()
     command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
@@ -336,3 +341,38 @@ def test_missing_packages_are_said(packages, tmp_path):
     assert "vtksmooth cannot be loaded: " in done.stderr
     assert str(tmp_path) in done.stderr
     assert done.returncode in (0, 1)  # no crash
+
+
+def test_instructions_word_for_word(paraview, tmp_path):
+    """What docs/paraview.md says for Debian, in a copy of the repository and another home."""
+    try:
+        debian = "bookworm" in Path("/etc/os-release").read_text()
+    except FileNotFoundError:
+        debian = False
+    if not debian:
+        pytest.skip("not Debian 12")
+    root = PACKAGE.parent
+    clone, home = tmp_path / "clone", tmp_path / "home"
+    home.mkdir()
+    for name in ("vtksmooth", "gui"):
+        shutil.copytree(root / name, clone / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(root / name, clone)
+    text = (root / "docs" / "paraview.md").read_text(encoding="utf-8").partition("## Debian 12")[2]
+    install, pip, *exports, program = re.search(r"```sh\n(.*?)\n```", text, re.DOTALL)[1].splitlines()
+    assert install.startswith("sudo apt-get install paraview ")
+    assert program == "paraview"
+    env = environment() | {"HOME": str(home)}
+    del env["PYTHONPATH"]
+    installed = subprocess.run(["bash", "-c", pip], cwd=clone, env=env, capture_output=True, text=True)
+    if installed.returncode:
+        missing(f"pip has failed: {installed.stderr.strip().splitlines()[-1]}")
+    code = (
+        "from paraview.simple import *; quality = SurfaceQuality(Input=Sphere()); quality.UpdatePipeline(); "
+        "import vtksmooth; print(vtksmooth.__file__, quality.CellData.keys())"
+    )
+    script = "\n".join([*exports, f'pvpython -c "{code}"'])
+    done = subprocess.run(["bash", "-c", script], cwd=home, env=env, capture_output=True, text=True)
+    assert done.stdout.split() == [f"{home}/vtksmooth-paraview/vtksmooth/__init__.py", "['AspectRatio']"], (
+        done
+    )

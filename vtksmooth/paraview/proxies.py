@@ -7,6 +7,7 @@ optional or automatic becomes a box to tick beside the number.
 from __future__ import annotations
 
 import re
+import threading
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import SubElement
@@ -36,6 +37,7 @@ class Proxy(Filter):
 
     def __init__(self) -> None:
         super().__init__()
+        self.SetProgressText(type(self).__name__)  # what ParaView shows until the filter says more
         self._pushed: dict[str, Any] = {}
         self._refused: dict[str, ParameterError] = {}
 
@@ -43,7 +45,8 @@ class Proxy(Filter):
         """Take the value of the property `key`: a parameter's name, or one of its boxes."""
         self._pushed[key] = value
         parameter = self.parameters()[key.partition(":")[0]]
-        self._refused.pop(parameter.name, None)
+        if self._refused.pop(parameter.name, None):
+            self.Modified()  # whatever the value is now
         try:
             setattr(self, parameter.name, _value(parameter, self._pushed))
         except ParameterError as error:
@@ -53,12 +56,13 @@ class Proxy(Filter):
     def RequestData(self, request: Any, inInfo: Any, outInfo: Any) -> int:
         """Run the filter; say that kernels are being compiled, where the first run waits for it."""
         self.SetAbortExecute(0)  # of an earlier run: VTK's flag sticks
-        self.SetProgressText(type(self).__name__)
+        self._thread = threading.get_ident()
         with on_compile(self._say_compiling):
             super().RequestData(request, inInfo, outInfo)
         # A failure has been told. Marked as one it would be told again by VTK, in many lines, and the
         # filter would run again for everyone who looks at its output.
         self.SetAbortOutput(False)
+        self.SetProgressText(type(self).__name__)
         return 1
 
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
@@ -67,6 +71,8 @@ class Proxy(Filter):
         super()._execute_all(sources, outputs)
 
     def _say_compiling(self, kernel: str) -> None:
+        if threading.get_ident() != self._thread:
+            return  # ParaView's windows are for its own thread
         self.SetProgressText("compiling, once per installation")
         self.UpdateProgress(self.GetProgress())
 
