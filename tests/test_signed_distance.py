@@ -125,6 +125,22 @@ def test_scale_and_place_do_not_matter(scale):
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
+def test_many_points_can_be_interrupted():
+    distance, seen = SignedDistance(meshes.polydata(meshes.cube(2))), []
+    points = queries(40_000)
+    np.testing.assert_allclose(distance(points, seen.append), box_distance(points, 0, 2), atol=1e-12)
+    assert seen[0] == 0.0
+    assert seen == sorted(seen)
+    assert len(seen) > 1
+
+    def stop(fraction):
+        if fraction > 0:
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        distance(points, stop)
+
+
 def test_distances_of_no_points():
     assert distances(meshes.cube(1), np.empty((0, 3))).shape == (0,)
 

@@ -56,6 +56,24 @@ def test_like_vtk(name):
     np.testing.assert_array_equal(np.sign(found[far]), np.sign(expected[far]))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_cells_that_touch_anyhow(seed):
+    # Half of the cells of a block: edges of four faces and corners of many kinds everywhere.
+    cells = np.random.default_rng(seed).random((5, 5, 5)) < 0.5
+    space = SignedDistance(meshes.polydata(meshes.voxels(np.argwhere(cells))))
+    assert space.closed
+    points = np.random.default_rng(9).uniform(-1, 6, (10_000, 3))
+
+    def nearest(lows):
+        beyond = np.maximum(lows - points[:, None], points[:, None] - lows - 1)
+        return np.linalg.norm(np.maximum(beyond, 0), axis=2).min(axis=1)
+
+    outside = nearest(np.argwhere(cells))
+    expected = np.where(outside > 0, outside, -nearest(np.argwhere(~np.pad(cells, 2)) - 2))
+    np.testing.assert_allclose(space(points), expected, atol=1e-12)
+    np.testing.assert_allclose(SignedDistanceTree(space.mesh)(points), expected, atol=1e-12)
+
+
 def test_points_on_the_surface_have_no_distance():
     mesh = meshes.torus(12, 8)
     np.testing.assert_allclose(SignedDistanceTree(mesh)(mesh.points), 0, atol=1e-15)

@@ -80,7 +80,7 @@ class ContainmentCheck(Filter):
         tolerance = touching_distance(self.tolerance_fraction, space.mesh, source, installation)
         distances = np.full(mesh.n_points, np.nan)
         finite = np.isfinite(mesh.points).all(axis=1)
-        distances[finite] = space(mesh.points[finite])
+        distances[finite] = space(mesh.points[finite], lambda part: self.progress(0.1 + 0.6 * part))
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, ClosestPoint(space.mesh), distances, tolerance)
         used = distances[np.unique(triangles)]

@@ -73,7 +73,8 @@ class InstallationSpaceRegions(Filter):
         contact = touching_distance(self.contact_fraction, space.mesh, source, installation)
         used = np.unique(mesh.connectivity)
         fixed = np.zeros(mesh.n_points, np.uint8)
-        near = np.abs(space(mesh.points[used])) <= contact
+        distances = space(mesh.points[used], lambda part: self.progress(0.1 + 0.7 * part))
+        near = np.abs(distances) <= contact
         fixed[used] = near
         self.progress(0.8, "blending")
         weights = blend_weights(mesh, fixed, self.blend_rings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,11 @@ Float64 = npt.NDArray[np.float64]
 
 #: A mesh that many times larger than the space it should fit in is in other units.
 _OTHER_UNITS = 10.0
+
+
+#: Points in one call of VTK's: a call for each would cost more than the distances, one for all could not
+#: be interrupted.
+_BATCH = 16_384
 
 
 class SignedDistance:
@@ -96,13 +102,19 @@ class SignedDistance:
         self._function = vtkImplicitPolyDataDistance()
         self._function.SetInput(polydata)
 
-    def __call__(self, points: npt.ArrayLike) -> Float64:
-        """Return the signed distances (q,) of `points` (q, 3), model units."""
+    def __call__(
+        self, points: npt.ArrayLike, progress: Callable[[float], None] = lambda fraction: None
+    ) -> Float64:
+        """Return the signed distances (q,) of `points` (q, 3), model units.
+
+        `progress` is called with the part done, 0 to 1, several times a second; what it raises ends the call.
+        """
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         result = np.empty(len(points))
-        if len(points):
-            # One call for all: a call for each point would cost more than the distances.
-            self._function.FunctionValue(numpy_to_vtk(points), numpy_to_vtk(result))
+        for first in range(0, len(points), _BATCH):
+            progress(first / len(points))
+            batch = slice(first, first + _BATCH)
+            self._function.FunctionValue(numpy_to_vtk(points[batch]), numpy_to_vtk(result[batch]))
         return result
 
 

@@ -27,22 +27,20 @@ def signed_distance(tree, normals, x, y, z, stack):  # type: ignore[no-untyped-d
     """
     cx, cy, cz, square, f, s, t = query(tree, x, y, z, -1.0, stack)
     faces = tree[1]
-    of_faces, of_sides, of_points = normals
+    row = f
     if s == 0.0 and t == 0.0:
-        normal = of_points[faces[f, 0]]
+        row = 4 * faces.shape[0] + faces[f, 0]
     elif s == 1.0:
-        normal = of_points[faces[f, 1]]
+        row = 4 * faces.shape[0] + faces[f, 1]
     elif t == 1.0:
-        normal = of_points[faces[f, 2]]
+        row = 4 * faces.shape[0] + faces[f, 2]
     elif t == 0.0:
-        normal = of_sides[f, 0]
+        row = faces.shape[0] + 3 * f
     elif s == 1.0 - t:
-        normal = of_sides[f, 1]
+        row = faces.shape[0] + 3 * f + 1
     elif s == 0.0:
-        normal = of_sides[f, 2]
-    else:
-        normal = of_faces[f]
-    along = (x - cx) * normal[0] + (y - cy) * normal[1] + (z - cz) * normal[2]
+        row = faces.shape[0] + 3 * f + 2
+    along = (x - cx) * normals[row, 0] + (y - cy) * normals[row, 1] + (z - cz) * normals[row, 2]
     return np.sqrt(square) if along > 0.0 else -np.sqrt(square)
 
 
@@ -66,8 +64,9 @@ class SignedDistanceTree:
     Attributes
     ----------
     surface : ClosestPoint
-    tree, normals : tuple of arrays
-        What :func:`signed_distance` takes.
+    tree : tuple of arrays
+    normals : (4 t + n, 3) float64
+        What :func:`signed_distance` takes: pseudonormals of faces, of their three sides, of points.
 
     Examples
     --------
@@ -96,8 +95,8 @@ class SignedDistanceTree:
         return distances
 
 
-def _pseudonormals(points: Float64, faces: npt.NDArray[np.int32]) -> tuple[Float64, Float64, Float64]:
-    """Return the normals of faces (t, 3), of their sides (t, 3, 3), and of points (n, 3); lengths vary."""
+def _pseudonormals(points: Float64, faces: npt.NDArray[np.int32]) -> Float64:
+    """Return the normals of faces, of their sides, face by face, of points, (4 t + n, 3); lengths vary."""
     n = len(points)
     corners = points[faces]
     sides = _unit(np.roll(corners, -1, axis=1) - corners)  # side i runs from corner i to the next
@@ -115,7 +114,7 @@ def _pseudonormals(points: Float64, faces: npt.NDArray[np.int32]) -> tuple[Float
             for i in range(3)
         ]
     )
-    return of_faces, np.ascontiguousarray(of_edges[edge].reshape(-1, 3, 3)), of_points
+    return np.concatenate((of_faces, of_edges[edge.ravel()], of_points))
 
 
 def _unit(vectors: Float64) -> Float64:
