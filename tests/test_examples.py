@@ -51,11 +51,12 @@ def test_pyvista_before_after(tmp_path):
 def test_batch_of_samples(tmp_path):
     done = run(tmp_path, ROOT / "examples" / "03_batch_folder.py", "--output", tmp_path / "results")
     assert done.returncode == 0, done.stderr
-    assert re.search(r"(?m)^ant\.ply +486 ", done.stdout)
-    assert re.search(r"(?m)^broken\.ply .*broken\.ply", done.stdout)
+    assert re.search(r"(?m)^\| ant\.ply +\| 0\.004 -> 0\.041 ", done.stdout)
+    assert re.search(r"(?m)^broken\.ply ends ", done.stdout)
     assert sorted(path.name for path in (tmp_path / "results").iterdir()) == [
-        "airplane_smooth.vtp",
-        "ant_smooth.vtp",
+        "airplane.vtp",
+        "ant.vtp",
+        "smooth.json",
     ]
 
 
@@ -65,7 +66,7 @@ def test_batch_of_a_folder_of_ones_own(tmp_path):
     (tmp_path / "notes.txt").write_text("not to be read", encoding="utf-8")
     done = run(tmp_path, ROOT / "examples" / "03_batch_folder.py", tmp_path)
     assert done.returncode == 1
-    assert (tmp_path / "smooth" / "b_smooth.vtp").exists()
+    assert (tmp_path / "smooth" / "b.vtp").exists()
     assert "notes.txt" not in done.stdout
 
 
@@ -75,25 +76,49 @@ def snippets(language):
     )
 
 
-@pytest.mark.parametrize("number", range(2))
-def test_python_snippets_of_the_readme(tmp_path, number):
-    found = snippets("python")
-    assert len(found) == 2
-    (tmp_path / "part.ply").write_bytes(Path(examples.antfile).read_bytes())
-    done = run(tmp_path, "-W", "error", "-c", found[number])
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "better.vtp").exists()
-    assert done.stdout
-
-
-def test_command_line_snippet_of_the_readme(tmp_path):
-    (found,) = [text for text in snippets("console") if "trapezium-drawing" in text]
-    commands = [line.removeprefix("$ ") for line in found.splitlines() if line.startswith("$ ")]
-    assert len(commands) >= 3
-    (tmp_path / "part.ply").write_bytes(Path(examples.antfile).read_bytes())
+def run_commands(folder, text):
+    commands = [line.removeprefix("$ ") for line in text.splitlines() if line.startswith("$ ")]
     for command in commands:
         program, *arguments = command.split()
         assert program == "vtksmooth"
-        done = run(tmp_path, "-c", "import sys; from vtksmooth.cli import main; sys.exit(main())", *arguments)
+        done = run(folder, "-c", "import sys; from vtksmooth.cli import main; sys.exit(main())", *arguments)
         assert done.returncode == 0, done.stderr
-    assert (tmp_path / "better.vtp").exists()
+    return commands
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "part.ply").write_bytes(Path(examples.antfile).read_bytes())
+    return tmp_path
+
+
+@pytest.mark.parametrize("number", range(2))
+def test_python_snippets_of_the_readme(folder, number):
+    found = snippets("python")
+    assert len(found) == 3
+    done = run(folder, "-W", "error", "-c", found[number])
+    assert done.returncode == 0, done.stderr
+    assert (folder / "better.vtp").exists()
+    assert done.stdout
+
+
+def test_command_line_snippet_of_the_readme(folder):
+    (found,) = [text for text in snippets("console") if "trapezium-drawing" in text]
+    assert len(run_commands(folder, found)) >= 3
+    assert (folder / "better.vtp").exists()
+
+
+def test_recipe_of_the_readme(folder):
+    done = run(folder, "-W", "error", "-c", snippets("python")[2])
+    assert done.returncode == 0, done.stderr
+    *script, last, compare = done.stdout.splitlines()
+    (folder / "script.py").write_text("\n".join(script), encoding="utf-8")
+    assert run(folder, "script.py").returncode == 0
+    assert last == "vtksmooth trapezium-drawing part.ply better.vtp"
+    assert compare == "vtksmooth compare part.ply better.vtp"
+    (found,) = [text for text in snippets("console") if "vtksmooth run" in text]
+    run_commands(folder, found)
+    points = [pv.read(folder / name).points for name in ("better.vtp", "results/part.ply")]
+    assert (points[0] == points[1]).all()
+    assert (folder / "results" / "part.html").exists()
+    assert (folder / "report.pdf").exists()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .errors import MeshFileError
+from .errors import Cancelled, MeshFileError, sentence
 from .files import READABLE, WRITABLE, read_surface, write_surface
 from .filters import Filter
 from .pages import tables
@@ -193,6 +193,43 @@ def run(
     notes += write_surface(made, job.target)
     steps = [{"filter": result.step.command, **result.algorithm.figures} for result in results]
     return Outcome(job, "", notes, time.perf_counter() - begin, steps, results, measured)
+
+
+def attempt(
+    recipe: Recipe,
+    job: Job,
+    inputs: Mapping[str | Path, Any] | None = None,
+    apply: Callable[..., Any] = Filter.__call__,
+    *,
+    report: str | None = None,
+    failures: type[Exception] = Exception,
+) -> Outcome:
+    """Do a job as :func:`run` does; what goes wrong is in the outcome, which keeps no mesh.
+
+    Parameters
+    ----------
+    report : str, optional
+        Extension of a report to write beside the result.
+    failures : type
+        What counts as the file's failure; other exceptions are raised.
+
+    Raises
+    ------
+    Cancelled
+        A filter has been asked to abort.
+    """
+    outcome = Outcome(job)
+    begin = time.perf_counter()
+    try:
+        outcome = run(recipe, job, inputs, apply)
+        if report is not None:
+            outcome.write_page(recipe, job.target.with_suffix(report))
+    except Cancelled:
+        raise
+    except failures as error:
+        outcome.error, outcome.seconds = sentence(error), time.perf_counter() - begin
+    outcome.release()
+    return outcome
 
 
 _HEAD = ["file", "min k", "mean k", "inverted", "deviation, %", "volume", "change, %", "seconds"]

@@ -139,8 +139,8 @@ def _add_run(parser: _Parser) -> None:
         help="a further mesh that steps of the recipe ask for by a role, such as an installation space",
     )  # fmt: skip
     parser.add_argument(
-        "--report", nargs="?", const="html", choices=("html", "pdf"),
-        help="write a page of before and after for each mesh as well (default: html)",
+        "--report", nargs="?", const=".html", choices=(".html", ".pdf"), type=_extension, metavar="FORMAT",
+        help="write a page of before and after for each mesh as well, html (default) or pdf",
     )  # fmt: skip
 
 
@@ -463,7 +463,10 @@ class _Run:
                 self.interruption.kept = f"{len(outcomes)} of {len(jobs)} files done"
                 self.interruption.check()
                 self.talk.subject = f"{number} of {len(jobs)}, {job.source.name}: "
-                outcome = self._run_job(recipe, job, inputs)
+                outcome = batch.attempt(
+                    recipe, job, inputs, self._filtered, report=options.report,
+                    failures=VtksmoothError if options.debug else Exception,
+                )  # fmt: skip
                 outcomes.append(outcome)
                 for note in outcome.notes:
                     self.talk.note(note)
@@ -480,26 +483,6 @@ class _Run:
             if outcomes and not self._json(summary) and not options.quiet:
                 print("\n".join(batch.table(outcomes)))
         self.exit_code = 1 if failed else 0
-
-    def _run_job(self, recipe: Any, job: Any, inputs: Any) -> Any:
-        """Run a recipe on one file; what goes wrong is in the outcome."""
-        from . import batch
-
-        outcome = batch.Outcome(job)
-        begin = time.perf_counter()
-        try:
-            outcome = batch.run(recipe, job, inputs, self._filtered)
-            self.interruption.check()
-            if self.options.report:
-                outcome.write_page(recipe, job.target.with_suffix(f".{self.options.report}"))
-        except Cancelled:
-            raise
-        except Exception as error:
-            if self.options.debug and not isinstance(error, VtksmoothError):
-                raise
-            outcome.error, outcome.seconds = sentence(error), time.perf_counter() - begin
-        outcome.release()
-        return outcome
 
     def report(self) -> None:
         from .pages.measures import measure

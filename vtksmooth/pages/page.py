@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
+from ..filters import SurfaceComparison, SurfaceQuality
 from ..recipe import Recipe, Result
 from . import histogram, pictures, tables
 from .measures import BeforeAfter
@@ -108,8 +109,14 @@ def make_page(
 
 
 def _did(algorithm: Any) -> str:
-    report = getattr(algorithm, "report", None)
-    return "" if report is None else str(report)
+    """Say what a step did; what the page measures anyway is not said twice."""
+    if isinstance(algorithm, SurfaceQuality | SurfaceComparison):
+        return ""
+    if hasattr(algorithm, "report"):
+        return str(algorithm.report)
+    figures = {name.replace("_", " "): value for name, value in algorithm.figures.items()}
+    numbers = {name: f"{value:.6g}" for name, value in figures.items() if isinstance(value, int | float)}
+    return ", ".join(f"{name}: {value}" for name, value in numbers.items())
 
 
 def _footer() -> str:
