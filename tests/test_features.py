@@ -128,9 +128,12 @@ def test_hostile_meshes(name):
     assert sum(len(line) - 1 for line in joined) == len(found.ridge_edges)
 
 
-@pytest.mark.parametrize("settings", [{"ridge_angle": 0.0}, {"corner_angle": 180.0}, {"ridge_angle": "much"}])
+@pytest.mark.parametrize(
+    "settings",
+    [{"ridge_angle": -1.0}, {"corner_angle": 180.1}, {"ridge_angle": "much"}, {"ridge_angle": np.nan}],
+)
 def test_thresholds_out_of_range(settings):
-    with pytest.raises(ParameterError, match="between 0 and 180"):
+    with pytest.raises(ParameterError, match="from 0 to 180"):
         detect(meshes.cube(), **settings)
 
 

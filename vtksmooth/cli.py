@@ -34,6 +34,7 @@ COMMANDS = {
     "compare": "measure what smoothing changed",
     "report": "show a mesh before and after on a page, as HTML or PDF",
     "run": "run a recipe on many meshes",
+    "features": "find ridges, corners and cusps, and the ridge lines",
     "trapezium-drawing": "improve the worst elements, close to the surface",
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
     "angle-based": "smooth by turning spokes onto bisectors",
@@ -421,8 +422,10 @@ class _Run:
             [] if cls.measures else [options.output, *(getattr(options, name) for name in cls.outputs[1:])]
         )
         targets = {port: path for port, path in enumerate(paths) if path is not None}
-        for path in targets.values():
-            check_writable(path)
+        for port, path in targets.items():
+            check_writable(path, lines=cls.outputs[port] == "lines")
+        if len({path.resolve() for path in targets.values()}) < len(targets):
+            raise ParameterError(f"{options.output} cannot take all results; name a file for each.")
         algorithm: Any = cls(**{name: getattr(options, name) for name in cls.parameters()})
         self._filtered(algorithm, *(self._read(getattr(options, name)) for name in cls.inputs))
         self.interruption.check()

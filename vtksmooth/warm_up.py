@@ -54,6 +54,7 @@ _EVERYTHING = {
     "tangent_plane": True,
     "back_to_surface": True,
     "weighted": True,
+    "eigenvalue_ratios": True,
 }
 
 
@@ -63,7 +64,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
     everything = {name: value for name, value in _EVERYTHING.items() if name in declared}
     yield {}
     yield everything
-    for name in ("scheme", "gate"):
+    for name in ("scheme", "gate", "weight"):
         for choice in (declared[name].choices or ()) if name in declared else ():
             yield {name: choice}
             yield {**everything, name: choice}

@@ -23,6 +23,9 @@ from .polygons import Polygons
 #: The formats that can be written, by extension.
 WRITABLE = (*sorted([*vtk_formats.WRITERS, ".off", ".ply"]),)
 
+#: Those of them that hold polylines.
+HOLDING_LINES = tuple(extension for extension in WRITABLE if extension not in (".off", ".ply", ".stl"))
+
 _unfinished: set[Path] = set()
 
 
@@ -32,19 +35,27 @@ def remove_unfinished() -> None:
         path.unlink(missing_ok=True)
 
 
-def check_writable(path: str | os.PathLike[str]) -> None:
+def check_writable(path: str | os.PathLike[str], lines: bool = False) -> None:
     """Refuse a path that :func:`write_surface` could not write, before the work is done.
+
+    Parameters
+    ----------
+    path : path-like
+    lines : bool
+        Whether polylines are to be written.
 
     Raises
     ------
     MeshFileError
-        The extension is not one of :data:`WRITABLE`; or see :func:`check_place`.
+        The extension is not one of :data:`WRITABLE` (of :data:`HOLDING_LINES`); or see
+        :func:`check_place`.
     """
     path = Path(path).expanduser()
-    if path.suffix.lower() not in WRITABLE:
+    extensions = HOLDING_LINES if lines else WRITABLE
+    if path.suffix.lower() not in extensions:
         raise MeshFileError(
             f"cannot write {path}: the extension {path.suffix or '(none)'!r} is no format that can be "
-            f"written; use one of {' '.join(WRITABLE)}."
+            f"written{' with lines' if lines else ''}; use one of {' '.join(extensions)}."
         )
     check_place(path)
 

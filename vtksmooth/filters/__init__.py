@@ -7,6 +7,7 @@ from .back_to_surface_smoothing import BackToSurfaceSmoothing
 from .base import Filter
 from .containment_check import ContainmentCheck
 from .equilateral_smoothing import EquilateralSmoothing
+from .feature_detection import FeatureDetection
 from .installation_space_regions import InstallationSpaceRegions
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import Parameter
@@ -20,6 +21,7 @@ from .valence_triangulation import ValenceTriangulation
 FILTERS: tuple[type[Filter], ...] = (
     SurfaceQuality,
     SurfaceComparison,
+    FeatureDetection,
     TrapeziumDrawing,
     LaplacianSmoothing,
     AngleBasedSmoothing,
@@ -36,6 +38,7 @@ __all__ = [
     "BackToSurfaceSmoothing",
     "ContainmentCheck",
     "EquilateralSmoothing",
+    "FeatureDetection",
     "Filter",
     "InstallationSpaceRegions",
     "LaplacianSmoothing",

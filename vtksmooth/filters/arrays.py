@@ -118,15 +118,18 @@ def vtk_points(points: npt.NDArray[Any]) -> Any:
     return result
 
 
-def vtk_triangles(triangles: Int) -> Any:
-    """Return a vtkCellArray of (t, 3) `triangles`."""
+def vtk_cells(offsets: Int, corners: Int) -> Any:
+    """Return a vtkCellArray of cells whose corners are ``corners[offsets[i]:offsets[i + 1]]``."""
     cells = vtkCellArray()
-    offsets = np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int64)
-    corners = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
     # An array of VTK's own type for indices: others are kept as "generic" storage, which is slow. A
     # copy: VTK 9.2 takes the memory out of these arrays, and they free it.
-    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=1), numpy_to_vtkIdTypeArray(corners, deep=1))
+    cells.SetData(*(numpy_to_vtkIdTypeArray(array.astype(np.int64), deep=1) for array in (offsets, corners)))
     return cells
+
+
+def vtk_triangles(triangles: Int) -> Any:
+    """Return a vtkCellArray of (t, 3) `triangles`."""
+    return vtk_cells(np.arange(0, 3 * len(triangles) + 1, 3), np.ascontiguousarray(triangles).ravel())
 
 
 def point_array(polydata: Any, name: str, components: int = 1) -> npt.NDArray[Any] | None:

@@ -57,11 +57,18 @@ class Features(NamedTuple):
         For ridge vertices the two neighbours along the ridge; -1 where there is none.
     ridge_edges : (r, 2) int32
         Edges that are ridges, once each, the smaller point first.
+    edge_kinds : (r,) uint8
+        REGULAR, BOUNDARY or NON_MANIFOLD.
+    ridge_angle, corner_angle : float
+        The thresholds that were used, degrees.
     """
 
     classes: UInt8
     ridge_ring: Int32
     ridge_edges: Int32
+    edge_kinds: UInt8 = np.empty(0, np.uint8)
+    ridge_angle: float = np.nan
+    corner_angle: float = np.nan
 
 
 @device
@@ -321,7 +328,7 @@ def _filter(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found):  # type: ignore[no-untyped-def]
+def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found, found_kind):  # type: ignore[no-untyped-def]
     # Step 5: an edge that one of its ends has identified, and both ends are features.
     k = 0
     for v in range(near.border.size):
@@ -339,6 +346,7 @@ def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found)
             if ridge:
                 found[k, 0] = v
                 found[k, 1] = w
+                found_kind[k] = kind[r]
                 k += 1
     return k
 
@@ -353,8 +361,8 @@ def _complete_rings(classes, picked):  # type: ignore[no-untyped-def]
 
 
 def _check_angle(name: str, angle: float | str) -> None:
-    if angle != AUTO and not (isinstance(angle, (int, float)) and 0.0 < angle < 180.0):
-        raise ParameterError(f"{name} must lie between 0 and 180 degrees, or be auto, not {angle!r}.")
+    if angle != AUTO and not (isinstance(angle, (int, float)) and 0.0 <= angle <= 180.0):
+        raise ParameterError(f"{name} must be from 0 to 180 degrees, or auto, not {angle!r}.")
 
 
 def detect(
@@ -396,7 +404,7 @@ def detect(
     Raises
     ------
     ParameterError
-        An angle does not lie between 0 and 180 degrees.
+        An angle is not from 0 to 180 degrees.
 
     Examples
     --------
@@ -437,29 +445,31 @@ def detect(
             classes, other_classes = other_classes, classes
             picked, other_picked = other_picked, picked
     _complete_rings(classes, picked)
-    found = np.empty((edges // 2, 2), np.int32)
-    count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found)
-    found = found[:count].copy()
+    found, kinds = np.empty((edges // 2, 2), np.int32), np.empty(edges // 2, np.uint8)
+    count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found, kinds)
+    found, kinds = found[:count].copy(), kinds[:count].copy()
     alone = np.bincount(found.ravel(), minlength=n) == 0
     classes[alone & (classes == RIDGE) & (acute == 0)] = SMOOTH
-    return Features(classes, picked, found)
+    return Features(classes, picked, found, kinds, float(ridge_angle), float(corner_angle))
 
 
 @kernel
-def _trace(classes, offsets, neighbours, used, order, line_offsets):  # type: ignore[no-untyped-def]
+def _trace(  # type: ignore[no-untyped-def]
+    ends_here, offsets, neighbours, kinds, used, points, line_offsets, line_kinds
+):
     # Lines start where a ridge ends or forks; what is left after that are closed loops.
     lines = 0
     k = 0
     line_offsets[0] = 0
     for turn in range(2):
-        for v in range(classes.size):
-            degree = offsets[v + 1] - offsets[v]
-            if degree == 0 or (turn == 0 and degree == 2 and classes[v] == 1):
+        for v in range(ends_here.size):
+            if turn == 0 and not ends_here[v]:
                 continue
             for start in range(offsets[v], offsets[v + 1]):
                 if used[start]:
                     continue
-                order[k] = v
+                line_kinds[lines] = kinds[start]
+                points[k] = v
                 k += 1
                 at = v
                 slot = start
@@ -469,9 +479,9 @@ def _trace(classes, offsets, neighbours, used, order, line_offsets):  # type: ig
                     for back in range(offsets[w], offsets[w + 1]):
                         if neighbours[back] == at:
                             used[back] = 1
-                    order[k] = w
+                    points[k] = w
                     k += 1
-                    if offsets[w + 1] - offsets[w] != 2 or classes[w] != 1 or w == v:
+                    if ends_here[w] or w == v:
                         break
                     slot = offsets[w] if neighbours[offsets[w]] != at else offsets[w] + 1
                     at = w
@@ -480,22 +490,41 @@ def _trace(classes, offsets, neighbours, used, order, line_offsets):  # type: ig
     return lines
 
 
-def polylines(features: Features) -> list[Int32]:
-    """Join the ridge edges to lines of point indices, from end to end or round closed loops.
+def lines(features: Features) -> tuple[npt.NDArray[np.int64], Int32, UInt8]:
+    """Join the ridge edges to lines, from end to end or round closed loops.
 
-    Lines end at corners, cusps, and wherever not exactly two ridge edges meet. A loop names its first
-    point twice.
+    Lines end at corners, at cusps, where ridge edges fork, and where their kind changes. A loop names its
+    first point twice.
+
+    Returns
+    -------
+    offsets : (l + 1,) int64
+    points : (k,) int32
+        Line i has the points ``points[offsets[i]:offsets[i + 1]]``.
+    kinds : (l,) uint8
+        REGULAR, BOUNDARY or NON_MANIFOLD.
     """
     n, edges = len(features.classes), features.ridge_edges
-    if not len(edges):
-        return []
+    kinds = features.edge_kinds if len(features.edge_kinds) else np.zeros(len(edges), np.uint8)
     both = np.concatenate((edges, edges[:, ::-1]))
-    both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    offsets = np.concatenate(([0], np.cumsum(np.bincount(both[:, 0], minlength=n)))).astype(np.int64)
-    order = np.empty(2 * len(edges), np.int32)
-    line_offsets = np.empty(len(edges) + 1, np.int64)
-    lines = _trace(
-        features.classes, offsets, np.ascontiguousarray(both[:, 1]),
-        np.zeros(len(both), np.uint8), order, line_offsets,
+    order = np.lexsort((both[:, 1], both[:, 0]))
+    both, both_kinds = both[order], np.concatenate((kinds, kinds))[order]
+    degree = np.bincount(both[:, 0], minlength=n)
+    offsets = np.concatenate(([0], np.cumsum(degree))).astype(np.int64)
+    ends_here = (features.classes != RIDGE) | (degree != 2)
+    inner = np.flatnonzero(~ends_here)
+    ends_here[inner] = both_kinds[offsets[inner]] != both_kinds[offsets[inner] + 1]
+    points, line_offsets = np.empty(2 * len(edges), np.int32), np.empty(len(edges) + 1, np.int64)
+    line_kinds = np.empty(len(edges), np.uint8)
+    count = _trace(
+        ends_here, offsets, np.ascontiguousarray(both[:, 1]), both_kinds, np.zeros(len(both), np.uint8),
+        points, line_offsets, line_kinds,
     )  # fmt: skip
-    return np.split(order[: line_offsets[lines]], line_offsets[1:lines])
+    line_offsets = line_offsets[: count + 1].copy()
+    return line_offsets, points[: line_offsets[-1]].copy(), line_kinds[:count].copy()
+
+
+def polylines(features: Features) -> list[Int32]:
+    """Return the ridge lines of :func:`lines` as a list of arrays of point indices."""
+    offsets, points, _ = lines(features)
+    return np.split(points, offsets[1:-1]) if len(points) else []
