@@ -12,9 +12,7 @@ from ..kernels.mesh import Mesh
 from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points
 from .base import Filter, add_field, output_like
 from .parameter import Parameter
-
-FEATURE_CLASS = "FeatureClass"
-RIDGE_NEIGHBOURS = "RidgeNeighbours"
+from .smoothing import FEATURE_CLASS, RIDGE_NEIGHBOURS
 
 #: What the lines of the second output are, by LineClass.
 LINE_CLASSES = ("ridge", "boundary", "non_manifold")
