@@ -97,7 +97,7 @@ def make_page(
     steps = [(str(s), did.get(i, ""), s.enabled) for i, s in enumerate(recipe.steps if recipe else ())]
     return Page(
         names[0],
-        [f"{name}: {tables.counted(s)}" for name, s in zip(names, measured.summaries, strict=True)],
+        [f"Before: {names[0]}, {tables.counted(before)}", f"After: {names[1]}, {tables.counted(after)}"],
         sentences,
         drawn,
         (shares[0], shares[1]),

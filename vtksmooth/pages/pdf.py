@@ -143,12 +143,15 @@ def _pictures(sheet: _Sheet, page: Page) -> None:
     width, gap = (_WIDTH - 2 * _MARGIN - 6) / 2, 6.0
     images = [imread(io.BytesIO(png)) for _, png in page.pictures]
     height = min(max(width * image.shape[0] / image.shape[1] for image in images), 66.0)
-    for i, ((caption, _), image) in enumerate(zip(page.pictures, images, strict=True)):
-        axes = sheet.axes(_MARGIN + i * (width + gap), width, height)
+    places = [_MARGIN + i * (width + gap) for i in range(len(images))]
+    for x, image in zip(places, images, strict=True):
+        axes = sheet.axes(x, width, height)
         axes.imshow(image)
         axes.axis("off")
-        axes.set_title(caption, y=-0.02, va="top", fontsize=8, color=_GREY)
-    sheet.y += height + 5
+    sheet.y += height + 1
+    for x, (caption, _) in zip(places, page.pictures, strict=True):
+        sheet.text(caption, x + width / 2, fontsize=8, color=_GREY, ha="center")
+    sheet.y += 5
     names = ["k < 0", *(f"{i / 5:g} to {(i + 1) / 5:g}" for i in range(5))]
     key = sheet.axes(_WIDTH / 2 - 54, 108, 3)
     key.axis("off")
@@ -178,7 +181,7 @@ def _histogram(sheet: _Sheet, page: Page) -> None:
     axes.grid(axis="y", color="#e4e4e4", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.legend(frameon=False, fontsize=8, ncols=2, loc="upper right", bbox_to_anchor=(1.0, 1.16))
-    sheet.y += height + 11
+    sheet.y += height + 12
 
 
 def _table(sheet: _Sheet, table: Table, x: float, width: float) -> None:
