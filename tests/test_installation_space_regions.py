@@ -97,6 +97,13 @@ def test_command(tmp_path, capsys):
     assert 0 < result["BlendWeight"].min() + 1 < 2
 
 
+def test_accessor():
+    sim, space = pv.PolyData(meshes.polydata(meshes.cube(2))), pv.PolyData(meshes.polydata(meshes.cube(3)))
+    result = sim.vtksmooth.installation_space_regions(space, blend_rings=0)
+    assert (result["BlendWeight"] == 1 - result["Fixed"]).all()
+    assert "Fixed" not in sim.point_data
+
+
 @pytest.mark.parametrize(
     ("sim", "space", "message"),
     [

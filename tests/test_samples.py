@@ -1,5 +1,8 @@
 """The samples are what they say: by formulas, and by a slow voxel skin."""
 
+import subprocess
+import sys
+
 import meshes
 import numpy as np
 import pytest
@@ -137,3 +140,15 @@ def test_voxel_torus(quarter):
 def test_torus_distance():
     points = [[26, 0, 0], [0, 20, 6], [-20, 0, 0], [0, 0, 0]]
     np.testing.assert_allclose(samples.torus_distance(points, 6.0, 20.0), [0, 0, -6, 14])
+
+
+def test_files(tmp_path, case):
+    done = subprocess.run(
+        [sys.executable, "-m", "vtksmooth.samples", tmp_path / "new"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    paths = done.stdout.split()
+    assert [pv.read(path).n_cells for path in paths[:2]] == [mesh.n_cells for mesh in case]
+    assert len(paths) == 3

@@ -1,12 +1,14 @@
 """Samples to smooth: a channel in an installation space, made of cells; and skins of voxels.
 
 What they should look like without the noise is known, so that results can be measured. Nothing here uses
-the rest of the package.
+the rest of the package. ``python -m vtksmooth.samples FOLDER`` writes them as files.
 """
 
 from __future__ import annotations
 
+import sys
 from collections import defaultdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -247,8 +249,11 @@ def _has_area(polygon: Float64) -> bool:
 def _joined(squares: Int, polygons: list[Float64], size: float) -> pv.PolyData:
     """Return a polydata of squares (m, 4, 3) and polygons whose corners are joined where they coincide."""
     corners = np.concatenate([squares.reshape(-1, 3), *polygons])
-    _, first, number = np.unique(np.round(corners * 2**20), axis=0, return_index=True, return_inverse=True)
-    number = number.ravel()
+    # One whole number for each place, in 1024th of a cell: far finer than walls cut them.
+    lattice = np.round((corners - corners.min(axis=0)) * 1024).astype(np.int64)
+    _, first, number = np.unique(
+        np.ravel_multi_index(lattice.T, lattice.max(axis=0) + 1), return_index=True, return_inverse=True
+    )
     faces = [np.column_stack([np.full(len(squares), 4), number[: squares.size // 3].reshape(-1, 4)]).ravel()]
     start = squares.size // 3
     for polygon in polygons:
@@ -314,3 +319,20 @@ def torus_distance(points: npt.ArrayLike, tube: float = 14.0, ring: float = 40.0
     """Return the signed distance of `points` (q, 3) to the torus of :func:`voxel_torus`, negative inside."""
     points = np.asarray(points, dtype=np.float64)
     return np.asarray(np.hypot(np.hypot(points[:, 0], points[:, 1]) - ring, points[:, 2]) - tube)
+
+
+def write(folder: Path) -> list[Path]:
+    """Write ``channel_sim.vtp``, ``channel_inst.vtp`` and ``voxel_torus.vtp``; return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    sim, inst = channel()
+    meshes = {"channel_sim": sim, "channel_inst": inst, "voxel_torus": voxel_torus()}
+    paths = []
+    for name, mesh in meshes.items():
+        paths.append(folder / f"{name}.vtp")
+        mesh.save(paths[-1])
+    return paths
+
+
+if __name__ == "__main__":
+    for path in write(Path(sys.argv[1] if len(sys.argv) > 1 else "samples")):
+        print(path)
