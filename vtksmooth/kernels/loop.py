@@ -20,10 +20,11 @@ from . import adjacency, features, measure, parallel, quality
 from .compiled import kernel
 from .constraints import Constraint
 from .constraints.boundary import Boundary
+from .constraints.containment import Containment
 from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
 from .mesh import LARGEST_POLYGON, Mesh
-from .schemes import Scheme
+from .schemes import EdgeScheme, Scheme
 from .schemes.trapezium import Sweep, TrapeziumDrawing
 from .state import State
 
@@ -197,6 +198,14 @@ class _Run:
         self.fixed = fixed
         self.find_features = find_features
         self.in_place = any(constraint.in_place for constraint in self.constraints)
+        self.on_edges = isinstance(scheme, EdgeScheme)
+        if self.on_edges:
+            for constraint in self.constraints:
+                if not constraint.on_edges:
+                    raise ParameterError(
+                        f"{constraint} cannot dispose of operations on edges: leave it out, or choose a "
+                        "scheme that moves one vertex at a time."
+                    )
         self.report = RunReport()
         self.order: npt.NDArray[np.int32] | None = None
         self._edges: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
@@ -215,7 +224,8 @@ class _Run:
             )
             self._schedule(starts, block_colour)
         else:
-            self.order = adjacency.breadth_first_order(near) if _scattered(near) else None
+            ordered = self.on_edges or _scattered(near)
+            self.order = adjacency.breadth_first_order(near) if ordered else None
             self.ranges = parallel.ranges(mesh.n_points)
         if self.order is not None:
             self.progress(0.0, "putting the mesh in order")
@@ -230,6 +240,7 @@ class _Run:
         self.state = State(
             mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points,
             self._features,
+            self.order,
         )  # fmt: skip
         self._pin_giants()
         if self.fixed is not None:
@@ -242,6 +253,7 @@ class _Run:
             Fixed(mask if self.order is None else mask[self.order]).bind(self.state)
         for constraint in self.constraints:
             constraint.bind(self.state)
+        self.scheme.bind(self.state)
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
         self.fused = self._prepare_fused(k)
@@ -308,7 +320,9 @@ class _Run:
             self.scheme.prepare(state, turn)
             for constraint in self.constraints:
                 constraint.prepare(state)
-            if not self.in_place:
+            if self.on_edges:
+                moved = sum(self._operations(done, share))
+            elif not self.in_place:
                 self._simultaneous(turn)
             elif self.fused is not None:
                 moved = sum(self._fused(done, share))
@@ -351,6 +365,17 @@ class _Run:
         for number, (blocks, _) in enumerate(self.classes):
             yield self.scheme.sweep(self.state, self.fused, MARGIN, worst, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
+
+    def _operations(self, done: float, share: float) -> Iterator[int]:
+        assert isinstance(self.scheme, EdgeScheme)
+        damping = (self.state.pinned == 0).astype(np.float64)
+        for constraint in self.constraints:
+            if constraint.damping is not None:
+                damping *= constraint.damping
+        space = next((c for c in self.constraints if isinstance(c, Containment)), None)
+        for part, operations in self.scheme.sweep(self.state, damping, space):
+            yield operations
+            self.progress(done + share * part, "smoothing")
 
     # -- stop rules --------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from .adjacency import Adjacency
+from .adjacency import Adjacency, Int32
 from .closest_point import ClosestPoint
 from .features import Features
 from .mesh import Mesh
@@ -39,6 +39,8 @@ class State:
         Returns where the points were at the start, (n, 3).
     find_features : callable
         Returns the features of a mesh with its neighbourhoods, both in the run's numbering.
+    order : (n,) int32, optional
+        The run's point i is point ``order[i]`` of the input; None where the numbering is the input's.
     """
 
     topology: Mesh
@@ -50,6 +52,11 @@ class State:
     in_place: bool
     first_points: Callable[[], npt.NDArray[np.float64]]
     find_features: Callable[[Mesh, Adjacency], Features]
+    order: Int32 | None = None
+
+    def in_order(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return `values` of the input's points, (n, ...), in the run's numbering."""
+        return values if self.order is None else values[self.order]
 
     @cached_property
     def original(self) -> Mesh:

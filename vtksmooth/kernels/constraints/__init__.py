@@ -26,6 +26,16 @@ class Constraint:
     #: Whether what is left of a step is allowed in any part: half of it needs no second look.
     convex: bool = True
 
+    #: Whether it can restrict operations on edges, which move both ends at once: by pinning, by
+    #: :attr:`damping`, or because the scheme knows it.
+    on_edges: bool = False
+
+    #: After `prepare`, the part of each vertex' step that is taken, (n,) in [0, 1]; None: all of it.
+    damping: Float64 | None = None
+
+    def __str__(self) -> str:
+        return type(self).__name__
+
     def bind(self, state: State) -> None:
         """Look at the mesh once, before the first pass; pin vertices that may never move."""
 

@@ -51,6 +51,10 @@ class Boundary(Constraint):
     def __init__(self, sliding: bool = False, corner_angle: float = 30.0) -> None:
         self.sliding = sliding
         self.corner_angle = corner_angle
+        self.on_edges = not sliding
+
+    def __str__(self) -> str:
+        return "A sliding boundary" if self.sliding else "A fixed boundary"
 
     def bind(self, state: State) -> None:
         border = state.near.border

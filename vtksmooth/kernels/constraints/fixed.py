@@ -18,6 +18,8 @@ class Fixed(Constraint):
         Nonzero where a vertex must not move, in the numbering of `State.points`.
     """
 
+    on_edges = True
+
     def __init__(self, mask: npt.ArrayLike) -> None:
         self.mask = np.asarray(mask) != 0
 

@@ -22,10 +22,46 @@ def cotangent(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
     return (ax * bx + ay * by + az * bz) / area
 
 
+@device
+def cotangent_weights(points, near, v, weight):  # type: ignore[no-untyped-def]
+    """Write the sums of the two cotangents opposite each spoke of v, in the order of its star.
+
+    A weight belongs to an edge, and an edge has an angle in each of its two faces: gather them first,
+    clamp the sums after.
+    """
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    s0 = near.star_offsets[v]
+    size = near.star_offsets[v + 1] - s0
+    weight[:size] = 0.0
+    for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        c = near.corners[i]
+        f = near.corner_face[c]
+        a = near.offsets[f]
+        b = near.offsets[f + 1]
+        # The face as a fan of triangles (v, p, q) from v.
+        for step in range(1, b - a - 1):
+            p = near.connectivity[a + (c - a + step) % (b - a)]
+            q = near.connectivity[a + (c - a + step + 1) % (b - a)]
+            px = points[p, 0]
+            py = points[p, 1]
+            pz = points[p, 2]
+            qx = points[q, 0]
+            qy = points[q, 1]
+            qz = points[q, 2]
+            at_p = cotangent(x - px, y - py, z - pz, qx - px, qy - py, qz - pz)
+            at_q = cotangent(x - qx, y - qy, z - qz, px - qx, py - qy, pz - qz)
+            for r in range(size):
+                w = near.star[s0 + r]
+                if w == p:
+                    weight[r] += at_q
+                elif w == q:
+                    weight[r] += at_p
+
+
 @kernel
 def _propose(starts, ends, points, near, pinned, factor, proposed):  # type: ignore[no-untyped-def]
-    # A weight belongs to an edge, and an edge has an angle in each of its two faces: gather them in the
-    # order of the star, clamp the sums, and only then average.
     widest = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -42,36 +78,12 @@ def _propose(starts, ends, points, near, pinned, factor, proposed):  # type: ign
             if pinned[v]:
                 continue
             s0 = near.star_offsets[v]
-            size = near.star_offsets[v + 1] - s0
-            weight[:size] = 0.0
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                c = near.corners[i]
-                f = near.corner_face[c]
-                a = near.offsets[f]
-                b = near.offsets[f + 1]
-                # The face as a fan of triangles (v, p, q) from v.
-                for step in range(1, b - a - 1):
-                    p = near.connectivity[a + (c - a + step) % (b - a)]
-                    q = near.connectivity[a + (c - a + step + 1) % (b - a)]
-                    px = points[p, 0]
-                    py = points[p, 1]
-                    pz = points[p, 2]
-                    qx = points[q, 0]
-                    qy = points[q, 1]
-                    qz = points[q, 2]
-                    at_p = cotangent(x - px, y - py, z - pz, qx - px, qy - py, qz - pz)
-                    at_q = cotangent(x - qx, y - qy, z - qz, px - qx, py - qy, pz - qz)
-                    for r in range(size):
-                        w = near.star[s0 + r]
-                        if w == p:
-                            weight[r] += at_q
-                        elif w == q:
-                            weight[r] += at_p
+            cotangent_weights(points, near, v, weight)
             sx = 0.0
             sy = 0.0
             sz = 0.0
             total = 0.0
-            for r in range(size):
+            for r in range(near.star_offsets[v + 1] - s0):
                 if weight[r] > 0.0:
                     w = near.star[s0 + r]
                     total += weight[r]

@@ -1,0 +1,34 @@
+"""Blend: each vertex takes a part of its steps, from nothing at clean vertices to all at noisy ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ..state import State
+from .damping import Damping
+
+
+class Blend(Damping):
+    """Weights mu of section 4.2 of the installation-space paper, against a ridge where clean meets noisy.
+
+    Parameters
+    ----------
+    weights : (n,) array_like
+        From 0 (pinned: keeps its bits) to 1 (free), in the order of the points that smoothing is given.
+    """
+
+    def __init__(self, weights: npt.ArrayLike) -> None:
+        self.weights = np.asarray(weights, dtype=np.float64)
+
+    def bind(self, state: State) -> None:
+        if self.weights.shape != (len(state.points),):
+            raise ParameterError(
+                f"Blend weights must hold one value for each of the {len(state.points)} points, "
+                f"not have the shape {self.weights.shape}."
+            )
+        if not (self.weights.min() >= 0.0 and self.weights.max() <= 1.0):
+            raise ParameterError("Blend weights must be from 0 (fixed) to 1 (free), and not NaN.")
+        self.damping = np.ascontiguousarray(state.in_order(self.weights))
+        state.pinned[self.damping == 0.0] = 1

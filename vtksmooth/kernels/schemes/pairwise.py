@@ -1,0 +1,477 @@
+"""Pairwise smoothing: both ends of an edge move at once, and the volume stays as it was, exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import InvalidMeshError
+from .. import adjacency, parallel
+from ..adjacency import Adjacency
+from ..compiled import kernel
+from ..constraints.containment import STACK, Containment, may_go, triangle_crosses
+from ..constraints.containment import guard as guard_of
+from ..laplacian import Weights
+from ..mesh import Mesh
+from ..signed_distance import SignedDistanceTree
+from ..state import State
+from . import EdgeScheme, Float64
+
+Int32 = npt.NDArray[np.int32]
+Int64 = npt.NDArray[np.int64]
+
+#: Vertices of a block: its rows fit a core's second-level cache.
+BLOCK_SIZE = 2048
+
+#: Least edges for which another thread is worth waking: an edge costs as much as dozens of umbrellas.
+_SMALLEST_SHARE = 1000
+
+#: The two rows of an edge's system are the same up to rounding: the pair has no best place.
+_SINGULAR = 1e-12
+
+
+class Edges(NamedTuple):
+    """The edges in the order of the sweep, and the rings of their ends.
+
+    Attributes
+    ----------
+    ends : (e, 2) int32
+        Block after block; inside a block in colours of edges that share no vertex, so that successive
+        operations lie apart.
+    blocks : list of (starts, ends)
+        For each colour the ranges of edges of the blocks of this colour; no two of them touch the same
+        vertices, nor these the same Laplacians.
+    offsets, ring : int32
+        The one-rings in cyclic order, seen from outside counter-clockwise.
+    mirror : int32
+        For each entry of `ring`, where its vertex' own row (in the order of the weights) names v.
+    """
+
+    ends: Int32
+    blocks: list[tuple[Int64, Int64]]
+    offsets: Int32
+    ring: Int32
+    mirror: Int32
+
+
+@kernel
+def _cyclic_rings(near, offsets, neighbours, after, held, ring, mirror):  # type: ignore[no-untyped-def]
+    for v in range(offsets.size - 1):
+        first = offsets[v]
+        last = offsets[v + 1]
+        for r in range(first, last):
+            ring[r] = neighbours[r]
+        if near.border[v] != 0:
+            held[v] = 1
+        else:
+            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                a = near.offsets[near.corner_face[near.corners[i]]]
+                c = near.corners[i] - a
+                after[near.connectivity[a + (c + 1) % 3]] = near.connectivity[a + (c + 2) % 3]
+            for r in range(first + 1, last):
+                ring[r] = after[ring[r - 1]]
+                # Back at the beginning too soon: several fans that touch in v only.
+                held[v] = held[v] or ring[r] == ring[first]
+    for v in range(offsets.size - 1):
+        for r in range(offsets[v], offsets[v + 1]):
+            k = ring[r]
+            for q in range(offsets[k], offsets[k + 1]):
+                if neighbours[q] == v:
+                    mirror[r] = q
+
+
+@kernel
+def _schedule(ends, block_of, blocks, offsets, ring, colour, order, starts, block_colour):  # type: ignore[no-untyped-def]
+    # Which colours of edges, and of blocks, have touched a vertex already: a bit for each.
+    n = offsets.size - 1
+    touched = np.zeros(n, np.uint64)
+    one = np.uint64(1)
+    for e in range(block_of.size):
+        starts[block_of[e] + 1] += 1
+        i = ends[e, 0]
+        j = ends[e, 1]
+        free = 0
+        while free < 63 and (touched[i] | touched[j]) & (one << np.uint64(free)):
+            free += 1
+        colour[e] = free
+        touched[i] |= one << np.uint64(free)
+        touched[j] |= one << np.uint64(free)
+    touched[:] = 0
+    colours = 0
+    alone = 63  # blocks that find no bit free run by themselves
+    for b in range(blocks):
+        starts[b + 1] += starts[b]
+        # Stable counting sort of the block's edges by their colour.
+        k = starts[b]
+        used = np.uint64(0)
+        for c in range(64):
+            for e in range(starts[b], starts[b + 1]):
+                if colour[e] == c:
+                    order[k] = e
+                    k += 1
+            if k == starts[b + 1]:
+                break
+        for e in range(starts[b], starts[b + 1]):
+            for end in range(2):
+                v = ends[e, end]
+                used |= touched[v]
+                for r in range(offsets[v], offsets[v + 1]):
+                    used |= touched[ring[r]]
+        free = 0
+        while free < 63 and used & (one << np.uint64(free)):
+            free += 1
+        if free == 63:
+            block_colour[b] = alone
+            alone += 1
+            continue
+        block_colour[b] = free
+        colours = max(colours, free + 1)
+        for e in range(starts[b], starts[b + 1]):
+            for end in range(2):
+                v = ends[e, end]
+                touched[v] |= one << np.uint64(free)
+                for r in range(offsets[v], offsets[v + 1]):
+                    touched[ring[r]] |= one << np.uint64(free)
+
+
+def edges_of(
+    near: Adjacency, rows: tuple[Int32, Int32], pinned: npt.NDArray[np.uint8], block_size: int = BLOCK_SIZE
+) -> Edges:
+    """Return the edges with an end that may move; vertices where the surface is no disc are pinned.
+
+    Vertices should be in a coherent order: the blocks are made of successive ones.
+    """
+    offsets, neighbours = rows
+    n = len(near.border)
+    ring, mirror = np.empty_like(neighbours), np.zeros_like(neighbours)
+    _cyclic_rings(near, offsets, neighbours, np.full(n, -1, np.int32), pinned, ring, mirror)
+    ends = adjacency.edges(near)[0]
+    ends = ends[(pinned[ends] == 0).any(axis=1)]
+    blocks = -(-n // block_size)
+    order = np.empty(len(ends), np.int64)
+    starts = np.zeros(blocks + 1, np.int64)
+    block_colour = np.empty(blocks, np.int32)
+    _schedule(
+        ends, ends[:, 0] // block_size, blocks, offsets, ring, np.empty(len(ends), np.int8),
+        order, starts, block_colour,
+    )  # fmt: skip
+    colours = [np.flatnonzero(block_colour == c) for c in np.unique(block_colour)]
+    return Edges(
+        np.ascontiguousarray(ends[order]),
+        [(starts[chosen], starts[chosen + 1]) for chosen in colours],
+        offsets,
+        ring,
+        mirror,
+    )
+
+
+@kernel
+def _reverse(starts, ends, offsets, ring, mirror, weights, border, reverse, rows):  # type: ignore[no-untyped-def]
+    # reverse[r]: the weight of v in the Laplacian of its neighbour; rows[v, 7]: the sum of squares of all
+    # coefficients of p_v. Laplacians where the surface has a border or is no surface do not count.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            total = 1.0 if border[v] == 0 else 0.0
+            for r in range(offsets[v], offsets[v + 1]):
+                reverse[r] = weights[mirror[r]] if border[ring[r]] == 0 else 0.0
+                total += reverse[r] * reverse[r]
+            rows[v, 7] = total
+
+
+@kernel
+def _cross(starts, ends, edges, offsets, ring, reverse, cross):  # type: ignore[no-untyped-def]
+    # Sum over all Laplacians of the product of the coefficients of p_i and p_j.
+    for part in range(starts.size):
+        for e in range(starts[part], ends[part]):
+            i = edges[e, 0]
+            j = edges[e, 1]
+            total = 0.0
+            for r in range(offsets[i], offsets[i + 1]):
+                k = ring[r]
+                if k == j:
+                    total -= reverse[r]
+                for q in range(offsets[j], offsets[j + 1]):
+                    if ring[q] == k:
+                        total += reverse[r] * reverse[q]
+            for q in range(offsets[j], offsets[j + 1]):
+                if ring[q] == i:
+                    total -= reverse[q]
+            cross[e] = total
+
+
+@kernel
+def _fill(starts, ends, points, laplacian, border, damping, factor, rows):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for axis in range(3):
+                rows[v, axis] = points[v, axis]
+                rows[v, 3 + axis] = laplacian[v, axis] if border[v] == 0 else 0.0
+            rows[v, 6] = factor * damping[v]
+
+
+@kernel
+def _sweep(  # type: ignore[no-untyped-def]
+    starts, ends, edges, cross, offsets, ring, reverse, rows, guard
+):
+    # rows[v]: position, Laplacian, damping, sum of squared coefficients: a line of the cache.
+    moved = 0
+    checked = 0
+    asked = 0
+    stack = np.empty(STACK, np.int32)
+    old = np.empty((2, 3))
+    d = np.empty((2, 3))  # steps of the two ends
+    g = np.empty((2, 3))  # gradients of the volume
+    f = np.empty((2, 3))  # forces: the energy's gradients, negative
+    for part in range(starts.size):
+        for e in range(starts[part], ends[part]):
+            i = edges[e, 0]
+            j = edges[e, 1]
+            si = rows[i, 6]
+            sj = rows[j, 6]
+            cii = rows[i, 7]
+            cjj = rows[j, 7]
+            # The place is sought of the ends that move.
+            cij = cross[e] if si > 0.0 and sj > 0.0 else 0.0
+            det = cii * cjj - cij * cij
+            if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
+                continue
+            # The forces -sum_k A_k L(k); the area vectors g = 1/6 sum of a x b over the ring.
+            ux = 0.0
+            uy = 0.0
+            uz = 0.0
+            for end in range(2):
+                v = edges[e, end]
+                x = rows[v, 0]
+                y = rows[v, 1]
+                z = rows[v, 2]
+                rx = rows[v, 3]
+                ry = rows[v, 4]
+                rz = rows[v, 5]
+                gx = 0.0
+                gy = 0.0
+                gz = 0.0
+                first = offsets[v]
+                last = offsets[v + 1]
+                k = ring[last - 1]
+                bx = rows[k, 0] - x
+                by = rows[k, 1] - y
+                bz = rows[k, 2] - z
+                for r in range(first, last):
+                    before = k
+                    k = ring[r]
+                    ax = bx
+                    ay = by
+                    az = bz
+                    bx = rows[k, 0] - x
+                    by = rows[k, 1] - y
+                    bz = rows[k, 2] - z
+                    gx += ay * bz - az * by
+                    gy += az * bx - ax * bz
+                    gz += ax * by - ay * bx
+                    rx -= reverse[r] * rows[k, 3]
+                    ry -= reverse[r] * rows[k, 4]
+                    rz -= reverse[r] * rows[k, 5]
+                    # The ring of i runs c, j, d: u = (d - c) / 6. If only one end moves it has no effect.
+                    if end == 0 and before == j:
+                        ux += bx / 6.0
+                        uy += by / 6.0
+                        uz += bz / 6.0
+                    elif end == 0 and k == j:
+                        ux -= ax / 6.0
+                        uy -= ay / 6.0
+                        uz -= az / 6.0
+                f[end, 0] = rx
+                f[end, 1] = ry
+                f[end, 2] = rz
+                g[end, 0] = gx / 6.0
+                g[end, 1] = gy / 6.0
+                g[end, 2] = gz / 6.0
+            for axis in range(3):
+                d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
+                d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
+            # i moves by d0, then j by d1: g_i . d0 + (g_j - d0 x u) . d1.
+            g[1, 0] -= d[0, 1] * uz - d[0, 2] * uy
+            g[1, 1] -= d[0, 2] * ux - d[0, 0] * uz
+            g[1, 2] -= d[0, 0] * uy - d[0, 1] * ux
+            volume = 0.0
+            for axis in range(3):
+                volume += g[0, axis] * d[0, axis] + g[1, axis] * d[1, axis]
+            g[0, 0] += d[1, 1] * uz - d[1, 2] * uy
+            g[0, 1] += d[1, 2] * ux - d[1, 0] * uz
+            g[0, 2] += d[1, 0] * uy - d[1, 1] * ux
+            # Both by the same w, -volume g / |g|^2 with g = s_i g_i + s_j g_j, each damped as its step was.
+            square = 0.0
+            for axis in range(3):
+                g[0, axis] = si * g[0, axis] + sj * g[1, axis]
+                square += g[0, axis] * g[0, axis]
+            if volume != 0.0:
+                for axis in range(3):
+                    w = -volume / square * g[0, axis]
+                    d[0, axis] += si * w
+                    d[1, axis] += sj * w
+            # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
+            # there is none of reasonable size. Then the energy would grow.
+            change = 0.0
+            for axis in range(3):
+                di = d[0, axis]
+                dj = d[1, axis]
+                change += 0.5 * (cii * di * di + cjj * dj * dj) + cij * di * dj
+                change -= f[0, axis] * di + f[1, axis] * dj
+            if not change < 0.0:
+                continue
+            for axis in range(3):
+                old[0, axis] = rows[i, axis]
+                old[1, axis] = rows[j, axis]
+            good = True
+            for end in range(2):
+                v = edges[e, end]
+                if guard.active and good and rows[v, 6] > 0.0:
+                    checked += 1
+                    answer = may_go(
+                        guard, v, old[end, 0] + d[end, 0], old[end, 1] + d[end, 1], old[end, 2] + d[end, 2],
+                        stack,
+                    )  # fmt: skip
+                    asked += answer < 2
+                    good = answer > 0
+            if not good:
+                continue
+            for end in range(2):
+                v = edges[e, end]
+                if rows[v, 6] > 0.0:
+                    for axis in range(3):
+                        rows[v, axis] += d[end, axis]
+            if guard.exact:
+                for end in range(2):
+                    v = edges[e, end]
+                    if rows[v, 6] > 0.0:
+                        k = ring[offsets[v + 1] - 1]
+                        for r in range(offsets[v], offsets[v + 1]):
+                            before = k
+                            k = ring[r]
+                            good = good and not triangle_crosses(guard, rows, v, before, k, stack)
+                if not good:
+                    for axis in range(3):
+                        rows[i, axis] = old[0, axis]
+                        rows[j, axis] = old[1, axis]
+                    continue
+            moved += 1
+            for end in range(2):
+                v = edges[e, end]
+                if rows[v, 6] == 0.0:
+                    continue
+                dx = d[end, 0]
+                dy = d[end, 1]
+                dz = d[end, 2]
+                rows[v, 3] -= dx
+                rows[v, 4] -= dy
+                rows[v, 5] -= dz
+                for r in range(offsets[v], offsets[v + 1]):
+                    k = ring[r]
+                    rows[k, 3] += reverse[r] * dx
+                    rows[k, 4] += reverse[r] * dy
+                    rows[k, 5] += reverse[r] * dz
+    return moved, checked, asked
+
+
+@kernel
+def _take(starts, ends, rows, points):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if rows[v, 6] != 0.0:
+                for axis in range(3):
+                    points[v, axis] = rows[v, axis]
+
+
+class Pairwise(EdgeScheme):
+    """Pairwise smoothing with exact volume (Liu, Bao, Shum and Peng 2002), for triangles.
+
+    For each edge (i, j) the places of both ends are sought that minimise ``E = 1/2 sum |L(k)|^2`` over the
+    rings of both, L the general Laplacian; the steps are damped; then both ends move along one vector so
+    that the volume under the two stars is what it was. As i and j move along the *same* vector, the
+    volume is linear in it, whatever the damping: the correction is exact, on open surfaces too (there
+    the volume swept is nothing), and a vertex with damping 0 keeps its bits.
+
+    An operation that would raise E is discarded, so E of the whole mesh never grows while the weights are
+    what they are. The paper does not ask for that; without it sheets between fixed borders, where
+    volume and smoothness pull against each other, leave all bounds within some dozens of sweeps.
+
+    Laplacians on the border, where the surface is no disc, and at irregular vertices do not count; these
+    vertices do not move.
+
+    Parameters
+    ----------
+    relaxation : float
+        Part of the steps that is taken, (0, 1].
+    weights : Weights, optional
+        Of the Laplacian (default: umbrella); refreshed before every sweep, constant within it.
+
+    Notes
+    -----
+    Sections 5.2 and 5.4 of the installation-space paper. One operation costs O(valence): the Laplacians
+    are kept up to date. Each edge is visited once in a sweep, in an order by topology; edges whose
+    operations could meet are never worked on at the same time, so the number of threads does not matter.
+    """
+
+    def __init__(self, relaxation: float = 0.7, weights: Weights | None = None) -> None:
+        self.relaxation, self.asked_weights = relaxation, weights or Weights()
+
+    def bind(self, state: State) -> None:
+        if not state.topology.only_triangles:
+            raise InvalidMeshError(
+                "Pairwise smoothing needs triangles; triangulate the polygons first (ValenceTriangulation)."
+            )
+        self.weights = self.asked_weights.in_run(state)
+        near = state.near
+        self.edges = edges_of(near, self.weights.rows(near), state.pinned)
+        # A row is a line of the cache if the first one begins with one.
+        room = np.zeros(8 * len(state.points) + 8)
+        first = -(room.ctypes.data // 8) % 8
+        self.rows = room[first : first + 8 * len(state.points)].reshape(-1, 8)
+        self.values: Float64 | None = None
+        self.cross = np.empty(len(self.edges.ends))
+        self.reverse = np.empty(len(self.edges.ring))
+        self.laplacian = np.empty_like(state.points)
+
+    def prepare(self, state: State, turn: int) -> None:
+        near, edges = state.near, self.edges
+        everything = parallel.ranges(len(state.points))
+        if self.values is None or not self.weights.constant:
+            self.values = self.weights.compute(state.points, near, self.values)
+            parallel.run(
+                _reverse, *everything,
+                edges.offsets, edges.ring, edges.mirror, self.values, near.border, self.reverse, self.rows,
+            )  # fmt: skip
+            parallel.run(
+                _cross, *parallel.ranges(len(edges.ends)),
+                edges.ends, edges.offsets, edges.ring, self.reverse, self.cross,
+            )  # fmt: skip
+        # The Laplacians anew: rounding errors do not pile up.
+        self.weights.apply(state.points, near, self.values, self.laplacian)
+
+    def sweep(self, state: State, damping: Float64, space: Containment | None) -> Iterator[tuple[float, int]]:
+        edges = self.edges
+        everything = parallel.ranges(len(state.points))
+        parallel.run(
+            _fill, *everything,
+            state.points, self.laplacian, state.near.border, damping, self.relaxation, self.rows,
+        )  # fmt: skip
+        guard = _EVERYWHERE if space is None else space.guard
+        for number, (starts, ends) in enumerate(edges.blocks):
+            results = parallel.run(
+                _sweep, starts, ends,
+                edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
+                guard,
+                smallest_share=_SMALLEST_SHARE,
+            )  # fmt: skip
+            if space is not None:
+                space.count([(checked, asked) for _, checked, asked in results])
+            # What observers see, and whoever cancels, is whole.
+            parallel.run(_take, *everything, self.rows, state.points)
+            yield (number + 1) / len(edges.blocks), sum(moved for moved, _, _ in results)
+
+
+#: Stands for no containment: a guard that is never asked.
+_EVERYWHERE = guard_of(SignedDistanceTree(Mesh.from_faces(np.eye(3), [[0, 1, 2]])), active=False)
