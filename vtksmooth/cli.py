@@ -42,6 +42,7 @@ COMMANDS = {
     "equilateral": "elements as regular as can be on the same surface, features kept",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
+    "installation-space": "smooth a flow volume inside its installation space, volume kept",
     "containment": "count what of a mesh is outside its installation space",
     "gui": "open meshes in the desktop app",
     "warm-up": "compile all kernels now, so that no later run waits",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 #: Why a run ended.
 STOP_REASONS = {
@@ -65,3 +65,47 @@ class RunReport:
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
             f"inverted {self.inverted[0]} -> {self.inverted[1]}; stopped because {reason}."
         )
+
+
+@dataclass
+class InstallationSpaceReport(RunReport):
+    """What smoothing inside an installation space did.
+
+    Attributes
+    ----------
+    fixed, blended, free : int
+        Points on the space's surface that stay, those of them that move a little, and the others.
+    curvature_radius : float or None
+        Points as flat as a sphere of this radius did not move; None without a bound.
+    outside, crossing : tuple of int
+        Points outside the space and triangles that cross its surface, before and after, the latter as
+        the output's precision has it.
+    moves_checked, distances_asked : int
+        Moves held against the space, and those of them for which a distance had to be computed.
+    notes : list of str
+        What a user should know about the installation space.
+    """
+
+    fixed: int = 0
+    blended: int = 0
+    free: int = 0
+    curvature_radius: float | None = None
+    outside: tuple[int, int] = (0, 0)
+    crossing: tuple[int, int] = (0, 0)
+    moves_checked: int = 0
+    distances_asked: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        volume = f"open: volume swept {self.swept_volume:.3g}"
+        if self.volume is not None:
+            before, after = self.volume
+            volume = f"volume {before:.17g} -> {after:.17g}, as written {self.volume_rounded:.17g}"
+        lines = [
+            super().__str__(),
+            f"{self.free} points free, {self.blended} blended, {self.fixed} on the space; {volume}",
+            f"outside {self.outside[0]} -> {self.outside[1]} points, crossing {self.crossing[0]} -> "
+            f"{self.crossing[1]} triangles; {self.distances_asked} distances for {self.moves_checked} moves",
+            *self.notes,
+        ]
+        return "\n".join(lines)

@@ -9,6 +9,7 @@ from .containment_check import ContainmentCheck
 from .equilateral_smoothing import EquilateralSmoothing
 from .feature_detection import FeatureDetection
 from .installation_space_regions import InstallationSpaceRegions
+from .installation_space_smoothing import InstallationSpaceSmoothing
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
@@ -29,6 +30,7 @@ FILTERS: tuple[type[Filter], ...] = (
     EquilateralSmoothing,
     ValenceTriangulation,
     InstallationSpaceRegions,
+    InstallationSpaceSmoothing,
     ContainmentCheck,
 )
 
@@ -41,6 +43,7 @@ __all__ = [
     "FeatureDetection",
     "Filter",
     "InstallationSpaceRegions",
+    "InstallationSpaceSmoothing",
     "LaplacianSmoothing",
     "Parameter",
     "SmoothingFilter",

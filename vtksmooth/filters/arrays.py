@@ -11,7 +11,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray,
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
-from ..errors import InvalidMeshError
+from ..errors import InvalidMeshError, ParameterError
 from ..kernels.mesh import Mesh
 
 Int = npt.NDArray[np.integer[Any]]
@@ -151,6 +151,45 @@ def point_array(polydata: Any, name: str, components: int = 1) -> npt.NDArray[An
             f"The point array {name!r} has the shape {values.shape}; it must hold {what} for each point."
         )
     return values
+
+
+def vectors_at_points(polydata: Any, name: str) -> npt.NDArray[np.float64]:
+    """Return the array `name` as a vector at each point, (n, 3); that of cells is averaged at their corners.
+
+    Raises
+    ------
+    ParameterError
+        There is no point or cell array of that name.
+    InvalidMeshError
+        The array does not hold three finite components for each point or cell.
+    """
+    homes = {"point": polydata.GetPointData(), "cell": polydata.GetCellData()}
+    kind = next((kind for kind, data in homes.items() if data.GetArray(name) is not None), None)
+    if kind is None:
+        names = {
+            str(data.GetArrayName(i)) for data in homes.values() for i in range(data.GetNumberOfArrays())
+        }
+        raise ParameterError(
+            f"There is no array {name!r} on the points or cells; the mesh has: "
+            f"{', '.join(sorted(names)) or 'no arrays'}."
+        )
+    values = vtk_to_numpy(homes[kind].GetArray(name))
+    count = polydata.GetNumberOfPoints() if kind == "point" else polydata.GetNumberOfCells()
+    if values.shape != (count, 3):
+        raise InvalidMeshError(
+            f"The array {name!r} has the shape {values.shape}; it must hold a vector for each of the "
+            f"{count} {kind}s."
+        )
+    if not np.isfinite(values).all():
+        raise InvalidMeshError(f"The array {name!r} holds NaN or infinite numbers; replace them, by 0 say.")
+    if kind == "point":
+        return np.ascontiguousarray(values, dtype=np.float64)
+    surface = surface_of(polydata)
+    at_corners = np.repeat(values[surface.cells].astype(np.float64), surface.mesh.face_sizes, axis=0)
+    corners, n = surface.mesh.connectivity, surface.mesh.n_points
+    total = [np.bincount(corners, weights=at_corners[:, axis], minlength=n) for axis in range(3)]
+    used = np.maximum(1, np.bincount(corners, minlength=n))
+    return np.ascontiguousarray(np.column_stack(total) / used[:, None])
 
 
 def point_array_names(polydata: Any) -> list[str]:

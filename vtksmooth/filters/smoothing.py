@@ -127,6 +127,9 @@ class SmoothingFilter(Filter):
         """The report as a dictionary."""
         return asdict(self.report)
 
+    def read_arrays(self, source: Any) -> None:
+        """Read what the scheme and the constraints need of the input's arrays."""
+
     def make_scheme(self) -> Scheme:
         """Return the scheme that proposes."""
         raise NotImplementedError
@@ -170,6 +173,7 @@ class SmoothingFilter(Filter):
         (source,) = inputs
         surface = surface_of(source)
         diagonal = surface.mesh.diagonal
+        self.read_arrays(source)
         points, report = loop.smooth(
             surface.mesh,
             self.make_scheme(),

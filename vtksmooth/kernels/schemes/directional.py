@@ -1,0 +1,66 @@
+"""Laplacian schemes with the weights as such: for directional smoothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import parallel
+from ..compiled import kernel
+from ..laplacian import Weights
+from ..state import State
+from . import Float64, Int64, Scheme
+
+
+@kernel
+def _step(starts, ends, points, laplacian, pinned, factor, proposed):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for axis in range(3):
+                proposed[v, axis] = points[v, axis]
+                if not pinned[v]:
+                    proposed[v, axis] += factor * laplacian[v, axis]
+
+
+class Directional(Scheme):
+    """``p + factor L(p)`` with any weights, directional ones above all; or the thin plate's ``-L(L(p))``.
+
+    L is taken once, at the beginning of each pass.
+
+    Parameters
+    ----------
+    weights : Weights
+    factors : sequence of float
+        One for each pass of an iteration: one in (0, 1], or Taubin's lambda and mu.
+    thin_plate : bool
+        Whether the operator is applied twice; L on the border is then 0, as in
+        :class:`~vtksmooth.kernels.schemes.thin_plate.ThinPlate`, and the step is half the factor's.
+    """
+
+    def __init__(
+        self, weights: Weights, factors: tuple[float, ...] = (0.5,), thin_plate: bool = False
+    ) -> None:
+        self.asked_weights, self.factors, self.thin_plate = weights, factors, thin_plate
+        self.passes = len(factors)
+
+    def bind(self, state: State) -> None:
+        self.weights = self.asked_weights.in_run(state)
+        self.values: Float64 | None = None
+        self.laplacian, self.first = np.empty_like(state.points), np.empty_like(state.points)
+
+    def prepare(self, state: State, turn: int) -> None:
+        if self.values is None or not self.weights.constant:
+            self.values = self.weights.compute(state.points, state.near, self.values)
+        if not self.thin_plate:
+            self.weights.apply(state.points, state.near, self.values, self.laplacian)
+            return
+        self.weights.apply(state.points, state.near, self.values, self.first)
+        self.first[state.near.border != 0] = 0.0
+        self.weights.apply(self.first, state.near, self.values, self.laplacian)
+        # -L(L(p)) has eigenvalues up to 4; the umbrella's thin plate divides by 1 + 1/valence.
+        self.laplacian *= -0.5
+
+    def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        parallel.run(
+            _step, starts, ends,
+            state.points, self.laplacian, state.pinned, self.factors[turn], proposed,
+        )  # fmt: skip
