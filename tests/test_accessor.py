@@ -32,7 +32,9 @@ def test_every_filter_has_a_method_with_its_parameters(cls: type, ant: pv.PolyDa
     assert list(signature.parameters) == names
 
 
-@pytest.mark.parametrize("cls", [cls for cls in FILTERS if issubclass(cls, SmoothingFilter)])
+@pytest.mark.parametrize(
+    "cls", [cls for cls in FILTERS if issubclass(cls, SmoothingFilter) and len(cls.inputs) == 1]
+)
 def test_matches_the_filter_and_leaves_the_source(cls: type, ant: pv.PolyData) -> None:
     before = ant.points.copy()
     result = getattr(ant.vtksmooth, method_name(cls))(iterations=3)

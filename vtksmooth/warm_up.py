@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from .errors import InvalidMeshError, ParameterError
 from .filters import FILTERS, Filter
 from .filters.arrays import vtk_array
 from .filters.smoothing import FIXED
@@ -36,6 +38,7 @@ def _bump(size: int, kind: str) -> vtkPolyData:
     fixed = np.zeros(size * size, dtype=np.uint8)
     fixed[size + 1] = 1
     mesh.GetPointData().AddArray(vtk_array(fixed, FIXED))
+    mesh.GetPointData().AddArray(vtk_array(np.tile([1.0, 0.0, 0.0], (size * size, 1)), "Flow"))
     return mesh
 
 
@@ -55,6 +58,7 @@ _EVERYTHING = {
     "back_to_surface": True,
     "weighted": True,
     "eigenvalue_ratios": True,
+    "flow": "Flow",
 }
 
 
@@ -64,7 +68,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
     everything = {name: value for name, value in _EVERYTHING.items() if name in declared}
     yield {}
     yield everything
-    for name in ("scheme", "gate", "weight"):
+    for name in ("scheme", "gate", "weight", "weights", "containment"):
         for choice in (declared[name].choices or ()) if name in declared else ():
             yield {name: choice}
             yield {**everything, name: choice}
@@ -91,7 +95,9 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
             if progress:
                 progress(number / len(jobs), cls.command)
             for mesh in meshes:
-                cls(**setting)(*(mesh for _ in cls.inputs))
+                # Some schemes, constraints and faces do not combine, and say so.
+                with suppress(InvalidMeshError, ParameterError):
+                    cls(**setting)(*(mesh for _ in cls.inputs))
     if progress:
         progress(1.0, "done")
     return len(compiled)
