@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import ParameterError
 from ..kernels.laplacian import KINDS, Weights
 from ..kernels.schemes import Scheme
 from ..kernels.schemes.angle_weighted import AngleWeighted
@@ -39,8 +40,8 @@ class LaplacianSmoothing(SmoothingFilter):
     weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: lambda|mu, which
     does not shrink. Area-weighted and angle-weighted: the centroids of the faces round the vertex; odt: their
     circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an edge at once,
-    so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With a
-    flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the
+    so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With
+    a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the
     edge in the tangent plane.
 
     Guarantees
@@ -101,6 +102,12 @@ class LaplacianSmoothing(SmoothingFilter):
         weights = Weights(kind, self._vectors, self.flow_weight)
         if self.scheme == "pairwise":
             return Pairwise(self.relaxation, weights)
+        if self.scheme in _FACE_CENTRES:
+            if weights.directional:
+                raise ParameterError(
+                    f"The scheme {self.scheme} has no weights for a flow; choose umbrella, say, or pairwise."
+                )
+            return _FACE_CENTRES[self.scheme](self.relaxation)
         if (self.scheme not in KINDS and kind != "umbrella") or weights.directional:
             taubin = Taubin(self.relaxation, self.pass_band).factors
             factors = taubin if self.scheme == "taubin" else (self.relaxation,)

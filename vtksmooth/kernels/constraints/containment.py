@@ -149,6 +149,7 @@ class Containment(Constraint):
     """
 
     on_edges = True
+    convex = False
 
     def __init__(self, space: SignedDistanceTree, tolerance: float, exact: bool = False) -> None:
         self.space, self.tolerance, self.exact = space, tolerance, exact

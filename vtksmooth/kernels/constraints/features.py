@@ -28,6 +28,7 @@ class FeatureLines(Constraint):
 
     def __init__(self, sliding: bool = True) -> None:
         self.sliding = sliding
+        self.on_edges = not sliding
         self._slides = np.empty(0, np.uint8)
 
     def bind(self, state: State) -> None:
