@@ -123,15 +123,35 @@ class VtkSmooth(_Vtk):
         return smoothing
 
 
-class VtkSmoothOnSource(VtkSmooth):
-    """vtkSmoothPolyDataFilter at its most faithful: feature edges slide, points go back to the input."""
+class VtkSmoothGently(VtkSmooth):
+    """vtkSmoothPolyDataFilter with a relaxation that leaves good elements after 50 iterations."""
 
     def make(self) -> Any:
         """Return the filter."""
         smoothing = super().make()
+        smoothing.SetRelaxationFactor(0.1)
+        return smoothing
+
+
+class VtkSmoothOnSource(VtkSmoothGently):
+    """The same, points put back on the input."""
+
+    def make(self) -> Any:
+        """Return the filter."""
+        smoothing = super().make()
+        smoothing.SetSourceData(self.native)
+        return smoothing
+
+
+class VtkSmoothFeatures(VtkSmoothOnSource):
+    """The same, feature edges kept, with VTK's own relaxation: a larger one inverts faces."""
+
+    def make(self) -> Any:
+        """Return the filter."""
+        smoothing = super().make()
+        smoothing.SetRelaxationFactor(0.01)
         smoothing.SetFeatureEdgeSmoothing(True)
         smoothing.SetFeatureAngle(CREASE)
-        smoothing.SetSourceData(self.native)
         return smoothing
 
 
@@ -417,4 +437,14 @@ TOOLS: dict[str, Tool] = {
     "trimesh Humphrey": Tool(TrimeshHumphrey, "trimesh", threads=False),
     "Open3D Laplacian": Tool(Open3DLaplacian, "open3d"),
     "Open3D Taubin": Tool(Open3DTaubin, "open3d"),
+}
+
+#: Ways to better elements that keep to the surface: tool, package, and whether it is made to keep features.
+KEEPING: dict[str, tuple[type[Case], str, bool]] = {
+    "vtkSmooth, features + Source": (VtkSmoothFeatures, "vtk", True),
+    "MeshLab isotropic, smooth + reproject only": (MeshLabIsotropic, "pymeshlab", True),
+    "mmgs, moves only": (MmgsMoves, "mmgpy", True),
+    "MeshLib relaxKeepVolume, creases held": (MeshLibRelaxKeepVolumeCreases, "meshlib", True),
+    "vtkSmooth + Source": (VtkSmoothOnSource, "vtk", False),
+    "vtkSmooth": (VtkSmoothGently, "vtk", False),
 }

@@ -111,6 +111,16 @@ def terrain(side: int = 161, interval: float = 60.0) -> pv.PolyData:
     return polydata(np.column_stack((places, heights)), np.where(up[:, None], faces, faces[:, ::-1]))
 
 
+def gyroid(samples: int = 58, periods: int = 3, level: float = 1.1) -> pv.PolyData:
+    """Return an open marching-cubes gyroid, float64: slivers everywhere, sharp edges at its thin necks."""
+    side = 2.0 * np.pi * periods
+    grid = pv.ImageData(dimensions=(samples,) * 3, spacing=(side / (samples - 1),) * 3)
+    x, y, z = np.asarray(grid.points, dtype=float).T
+    grid["gyroid"] = np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)
+    surface = grid.contour([level], scalars="gyroid", method="flying_edges").clean()
+    return polydata(np.asarray(surface.points, dtype=float), surface.regular_faces)
+
+
 def quad_torus(around: int = 120, across: int = 60, noise: float = 0.3, seed: int = 1) -> pv.PolyData:
     """Return a torus of quadrilaterals whose points are displaced on it, normally by `noise` of a cell."""
     u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")

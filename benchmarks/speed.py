@@ -335,7 +335,8 @@ def machine() -> str:
 def versions() -> str:
     """Name the versions of everything that is compared."""
     found = [f"Python {platform.python_version()}"]
-    packages = ["vtksmooth", "numpy", "numba", "vtk", "pyvista", "meshlib", "pymeshlab", "trimesh", "open3d"]
+    packages = ["vtksmooth", "numpy", "numba", "vtk", "pyvista", "meshlib", "pymeshlab", "mmgpy"]
+    packages += ["trimesh", "open3d"]
     for package in packages:
         try:
             found.append(f"{package} {metadata.version(package)}")

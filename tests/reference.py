@@ -314,3 +314,70 @@ def angle_based(mesh, v, weighted):
         weights.append(1 / (right - left) ** 2 if weighted else 1.0)
     place = np.average(wanted, weights=weights)
     return np.array([place.real, place.imag, 0.0])
+
+
+def _corners_at(mesh, v):
+    """Number and corners of each face at v, v first, in the face's direction."""
+    for number, face in enumerate(lists(mesh)):
+        if v in face:
+            i = face.index(v)
+            yield number, mesh.points[face[i:] + face[:i]]
+
+
+def _towards(start, targets, weights, factor):
+    total = sum(weights)
+    if total == 0:
+        return start
+    return start + factor * (sum(w * t for w, t in zip(weights, targets, strict=True)) / total - start)
+
+
+def equilateral(mesh, v, directions, factor):
+    """Mean of the apexes that make the corner at v one of a regular polygon."""
+    targets = []
+    for number, corners in _corners_at(mesh, v):
+        first, last = corners[1], corners[-1]
+        side, middle = last - first, 0.5 * (first + last)
+        height = corners[0] - closest_on_line(first, last, corners[0])
+        if height @ np.cross(directions[number], side) < 0:
+            height = -height
+        # The regular corner's angle is pi - 2 pi / n; half of it stands over half of the side.
+        half = np.pi / 2 - np.pi / len(corners)
+        length = 0.5 * np.linalg.norm(side) / np.tan(half)
+        targets.append(middle + length * height / np.linalg.norm(height))
+    return _towards(mesh.points[v], targets, [1.0] * len(targets), factor)
+
+
+def closest_on_line(a, b, q):
+    return a + (q - a) @ (b - a) / ((b - a) @ (b - a)) * (b - a)
+
+
+def area_weighted(mesh, v, factor):
+    areas = np.linalg.norm(area_vectors(mesh), axis=1)
+    faces = list(_corners_at(mesh, v))
+    centres = [corners.mean(axis=0) for _, corners in faces]
+    return _towards(mesh.points[v], centres, [areas[number] for number, _ in faces], factor)
+
+
+def _angle(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+
+
+def angle_weighted(mesh, v, factor):
+    faces = [corners for _, corners in _corners_at(mesh, v)]
+    angles = [_angle(corners[1] - corners[0], corners[-1] - corners[0]) for corners in faces]
+    return _towards(mesh.points[v], [corners.mean(axis=0) for corners in faces], angles, factor)
+
+
+def optimal_delaunay(mesh, v, factor):
+    """Circumcentres by their barycentric coordinates sin(2 angle), 0 at obtuse corners."""
+    centres, areas = [], []
+    for _, corners in _corners_at(mesh, v):
+        for i in range(1, len(corners) - 1):
+            triangle = corners[[0, i, i + 1]]
+            angles = [
+                _angle(triangle[(j + 1) % 3] - triangle[j], triangle[j - 1] - triangle[j]) for j in range(3)
+            ]
+            share = np.maximum(0, np.sin(2 * np.array(angles)))
+            centres.append(share @ triangle / share.sum())
+            areas.append(np.linalg.norm(triangle_area_vector(*triangle)))
+    return _towards(mesh.points[v], centres, areas, factor)

@@ -76,6 +76,41 @@ def test_speed_of_a_few_tools(program, tmp_path, monkeypatch):
     assert str(tmp_path) not in page
 
 
+def test_quality_of_a_small_gyroid(program, tmp_path, monkeypatch):
+    quality = program("quality")
+    monkeypatch.setattr(program("peers"), "KEEPING", {"vtkSmooth": program("peers").KEEPING["vtkSmooth"]})
+    monkeypatch.setattr(quality, "SCHEMES", {name: quality.SCHEMES[name] for name in ("odt", "equilateral")})
+    monkeypatch.delenv("VTKSMOOTH_DATA", raising=False)
+    quality.main(["--output", str(tmp_path / "quality.md")])
+    page = (tmp_path / "quality.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| **EquilateralSmoothing** |")]
+    assert len(rows) == 1
+    assert str(tmp_path) not in page
+
+
+def test_figures_of_known_changes(program):
+    quality = program("quality")
+
+    def roof(angle, height=0.0):
+        # Two equilateral triangles that meet along the x axis, their normals `angle` apart.
+        half, top = np.radians(angle) / 2, np.sqrt(0.75)
+        side = [0.5, top * np.cos(half), height - top * np.sin(half)]
+        return np.array([[0, 0, height], [1, 0, height], side, [side[0], -side[1], side[2]]])
+
+    faces = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
+    judge = quality.Judge(roof(60.0), faces)
+    same = judge.figures(judge.points)
+    assert (same.kept, same.still_sharp, same.inverted) == (100.0, 100.0, 0)
+    assert (same.mean, same.least) == (pytest.approx(1.0), pytest.approx(1.0))
+    assert same.deviation == pytest.approx(0.0, abs=1e-12)
+    for angle, kept, still_sharp in ((35.0, 100.0, 0.0), (25.0, 0.0, 0.0), (45.0, 100.0, 100.0)):
+        figures = judge.figures(roof(angle))
+        assert (figures.kept, figures.still_sharp) == (kept, still_sharp)
+    flat = quality.Judge(roof(0.0), faces)
+    assert flat.figures(roof(0.0, 0.25)).deviation == pytest.approx(25.0 / flat.mesh.diagonal)
+    assert flat.figures(roof(0.0)).kept is None
+
+
 def test_an_unknown_tool_is_refused(program, capsys):
     with pytest.raises(SystemExit) as refused:
         program("speed").main(["--tools", "magic"])

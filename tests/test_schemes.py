@@ -8,7 +8,11 @@ from vtksmooth.kernels import adjacency, loop
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.angle_based import AngleBased
+from vtksmooth.kernels.schemes.angle_weighted import AngleWeighted
+from vtksmooth.kernels.schemes.area_weighted import AreaWeighted
 from vtksmooth.kernels.schemes.cotangent import Cotangent
+from vtksmooth.kernels.schemes.equilateral import Equilateral
+from vtksmooth.kernels.schemes.optimal_delaunay import OptimalDelaunay
 from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
 from vtksmooth.kernels.schemes.taubin import Taubin
 from vtksmooth.kernels.schemes.thin_plate import ThinPlate
@@ -83,6 +87,42 @@ def test_trapezium_drawing(mesh):
     star = [near.star[a:b] for a, b in zip(near.star_offsets[:-1], near.star_offsets[1:], strict=True)]
     expected = by_vertex(mesh, lambda v: reference.trapezium(mesh.points, v, star[v]))
     np.testing.assert_allclose(one_pass(mesh, TrapeziumDrawing()), expected, atol=1e-12)
+
+
+def test_equilateral(mesh):
+    directions = reference.reference_directions(mesh)
+    expected = by_vertex(mesh, lambda v: reference.equilateral(mesh, v, directions, 0.7))
+    np.testing.assert_allclose(one_pass(mesh, Equilateral(0.7)), expected, atol=1e-12)
+
+
+def test_area_weighted(mesh):
+    expected = by_vertex(mesh, lambda v: reference.area_weighted(mesh, v, 0.7))
+    np.testing.assert_allclose(one_pass(mesh, AreaWeighted(0.7)), expected, atol=1e-13)
+
+
+def test_angle_weighted(mesh):
+    expected = by_vertex(mesh, lambda v: reference.angle_weighted(mesh, v, 0.7))
+    np.testing.assert_allclose(one_pass(mesh, AngleWeighted(0.7)), expected, atol=1e-13)
+
+
+def test_optimal_delaunay(mesh):
+    expected = by_vertex(mesh, lambda v: reference.optimal_delaunay(mesh, v, 0.7))
+    np.testing.assert_allclose(one_pass(mesh, OptimalDelaunay(0.7)), expected, atol=1e-12)
+
+
+def test_the_equilateral_scheme_mends_flat_and_folded_corners():
+    # A corner on the opposite side, or beyond it: the apex is where the reference direction says.
+    for y in (0.0, -0.4):
+        points = [[0.3, y, 0], [1, 0, 0], [0.5, 2.0, 0], [0, 0, 0], [0.5, -1.0, 0]]
+        mesh = Mesh.from_faces(points, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
+        moved = one_pass(mesh, Equilateral(1.0))[0]
+        assert moved[2] == 0
+        assert -0.6 < moved[1] < 1.2
+        alone = reference.aspect_ratios(mesh, [[0, 0, 1]] * 4).min()
+        after = reference.aspect_ratios(
+            mesh.with_points(np.vstack([moved, mesh.points[1:]])), [[0, 0, 1]] * 4
+        )
+        assert after.min() > alone
 
 
 @pytest.mark.parametrize("weighted", [False, True])

@@ -48,7 +48,7 @@ class EquilateralSmoothing(SmoothingFilter):
     gate = SmoothingFilter.gate.with_default("floor")
     boundary = SmoothingFilter.boundary.with_default("sliding")
     features = SmoothingFilter.features.with_default("slide")
-    ridge_angle = SmoothingFilter.ridge_angle.with_default(30.0)
+    ridge_angle = SmoothingFilter.ridge_angle.with_default(40.0)
     crease_angle = SmoothingFilter.crease_angle.with_default(40.0)
     tangent_plane = Parameter(True, "Move vertices only across the surface, not off it.")
 

@@ -110,7 +110,8 @@ class Creases(Constraint):
     What features miss (single sharp edges, ridges amid noise) is kept as well, and vertices beside them
     remain free to move. Steps that would flatten such an edge too far, or fold it over, are halved three
     times, then refused. Convex edges stay convex and concave ones concave, except that beside polygons two
-    vertices that move at the same time may turn one into the other. Boundary and non-manifold edges have no dihedral angle and are not looked at.
+    vertices that move at the same time may turn one into the other. Boundary and non-manifold edges have no
+    dihedral angle and are not looked at.
 
     Parameters
     ----------
