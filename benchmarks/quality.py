@@ -46,19 +46,20 @@ CREASE, KEPT = 40.0, 30.0
 #: Points along a side of each triangle at which distances are taken.
 _SAMPLES = 4
 
-OURS = {
+#: What TrapeziumDrawing needs to keep features as EquilateralSmoothing does.
+KEEPING_FEATURES = {
+    "features": "slide", "ridge_angle": CREASE, "boundary": "sliding", "crease_angle": CREASE,
+}  # fmt: skip
+
+OURS: dict[str, tuple[str, dict[str, Any]]] = {
     "EquilateralSmoothing": ("EquilateralSmoothing", {}),
-    "TrapeziumDrawing, features sliding": (
-        "TrapeziumDrawing",
-        {"features": "slide", "ridge_angle": CREASE, "boundary": "sliding", "crease_angle": CREASE},
-    ),
+    "TrapeziumDrawing, features sliding": ("TrapeziumDrawing", KEEPING_FEATURES),
     "TrapeziumDrawing": ("TrapeziumDrawing", {}),
 }
 
-#: Every scheme with the same constraints.
-CONSTRAINTS = {
-    "features": "slide", "ridge_angle": CREASE, "boundary": "sliding", "crease_angle": CREASE, "gate": "floor",
-}  # fmt: skip
+#: What every scheme is run with.
+CONSTRAINTS = {**KEEPING_FEATURES, "gate": "floor"}
+
 _FULL_STEPS = ("umbrella", "scale-dependent", "cotangent", "area-weighted", "angle-weighted", "odt")
 SCHEMES: dict[str, tuple[str, dict[str, Any]]] = {
     **{
