@@ -9,6 +9,8 @@ import pytest
 import pyvista as pv
 from pyvista import examples
 
+from vtksmooth import Recipe
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -111,6 +113,8 @@ def test_command_line_snippet_of_the_readme(folder):
 def test_recipe_of_the_readme(folder):
     done = run(folder, "-W", "error", "-c", snippets("python")[2])
     assert done.returncode == 0, done.stderr
+    (by_hand,) = snippets("json")
+    assert Recipe.from_json(by_hand) == Recipe.load(folder / "recipe.json")
     *script, last, compare = done.stdout.splitlines()
     (folder / "script.py").write_text("\n".join(script), encoding="utf-8")
     assert run(folder, "script.py").returncode == 0
