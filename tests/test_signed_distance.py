@@ -53,6 +53,26 @@ def test_cells_that_touch_along_an_edge_or_at_a_corner():
         np.testing.assert_allclose(distances(mesh, points), np.minimum(first, other), atol=1e-12)
 
 
+def test_solids_that_touch_are_one():
+    # Two boxes side by side, each closed: between them there are two walls, which are none.
+    box = meshes.cube(2)
+    both = meshes.joined(box, box.with_points(box.points + np.array([2.0, 0, 0])))
+    points = queries(low=-1, high=5)
+    high = np.array([4.0, 2, 2])
+    np.testing.assert_allclose(distances(both, points), box_distance(points, 0, high), atol=1e-12)
+
+
+def test_strips():
+    from vtkmodules.vtkFiltersCore import vtkStripper
+
+    stripper = vtkStripper()
+    stripper.SetInputData(meshes.polydata(meshes.cube(2, triangles=True)))
+    stripper.Update()
+    assert stripper.GetOutput().GetNumberOfStrips() > 0
+    found = SignedDistance(stripper.GetOutput())(queries())
+    np.testing.assert_allclose(found, box_distance(queries(), 0, 2), atol=1e-12)
+
+
 def test_inside_out_is_turned_and_said():
     mesh = meshes.cube(2)
     turned = Mesh.from_faces(mesh.points, [face[::-1] for face in meshes.lists(mesh)])
@@ -155,11 +175,18 @@ def with_a_wall():
     return Mesh.from_faces(mesh.points, [*meshes.lists(mesh), wall])
 
 
+def touching_otherwise():
+    # The walls between are split along other diagonals.
+    box = meshes.cube(2, triangles=True)
+    return meshes.joined(box, box.with_points(box.points + np.array([2.0, 0, 0])))
+
+
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
         (meshes.misoriented, "edges of the installation space join faces that are turned"),
         (flat, "encloses no volume"),
+        (touching_otherwise, "Solids touch inside the installation space: .* unite"),
         (with_a_wall, "4 edges of the installation space"),
         (meshes.folded_quads, "no usable surface: .*cross themselves"),
     ],

@@ -14,7 +14,7 @@ from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDista
 from ..errors import InvalidMeshError
 from ..kernels.mesh import Mesh
 from ..kernels.triangulate import triangulate
-from .arrays import points_of, surface_of, vtk_points, vtk_triangles
+from .arrays import points_of, surface_of, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
 
@@ -38,7 +38,8 @@ class SignedDistance:
     Parameters
     ----------
     space : vtkPolyData
-        The surface, normals outwards. Points in one place count as one; polygons are taken as
+        The surface, normals outwards. Points in one place count as one; two faces that cover each other,
+        turned against each other, as where solids touch, count as none; polygons are taken as
         triangles. A surface that is inside out is turned; an open one is judged as if cones closed its holes.
     name : str
         What errors and notes call it.
@@ -58,7 +59,8 @@ class SignedDistance:
     ------
     InvalidMeshError
         The surface has no faces, encloses nothing although closed, has faces that are turned against
-        their neighbours, or polygons that cross themselves.
+        their neighbours, polygons that cross themselves, or walls inside where solids touch whose faces
+        do not match.
 
     Examples
     --------
@@ -73,10 +75,15 @@ class SignedDistance:
     def __init__(self, space: Any, name: str = "installation space") -> None:
         self.notes: list[str] = []
         try:
-            mesh = _merged_triangles(space)
+            polygons = _merged(space)
+            borders, clashes, crowded = _edges(polygons)
+            if len(crowded):
+                polygons = _without_double_walls(polygons)
+                borders, clashes, crowded = _edges(polygons)
+            triangles, cell = triangulate(polygons)
         except InvalidMeshError as error:
             raise InvalidMeshError(f"The {name} is no usable surface: {error}") from error
-        borders, clashes = _unbalanced_edges(mesh)
+        mesh = Mesh.from_faces(polygons.points, triangles)
         if clashes:
             raise InvalidMeshError(
                 f"{clashes} edges of the {name} join faces that are turned against each other or "
@@ -101,6 +108,22 @@ class SignedDistance:
         polydata.SetPolys(vtk_triangles(mesh.connectivity.reshape(-1, 3)))
         self._function = vtkImplicitPolyDataDistance()
         self._function.SetInput(polydata)
+        self._check_walls(name, np.flatnonzero(np.isin(cell, crowded)))
+
+    def _check_walls(self, name: str, suspects: npt.NDArray[np.int64]) -> None:
+        # Just above a face is outside, unless another face covers it: the wall of a solid that touches.
+        a, b, c = (self.mesh.points[self.mesh.connectivity[i::3][suspects]] for i in range(3))
+        normals = np.cross(b - a, c - a)
+        area = np.linalg.norm(normals, axis=1)
+        proper = area > 1e-9 * self.mesh.diagonal**2
+        height = 1e-6 * np.sqrt(area[proper]) / area[proper]
+        above = ((a + b + c) / 3.0)[proper] + height[:, None] * normals[proper]
+        covered = int((self(above) < 0.0).sum())
+        if covered:
+            raise InvalidMeshError(
+                f"Solids touch inside the {name}: {covered} of its triangles are covered by others; unite "
+                "the solids, so that only the outer surface is left."
+            )
 
     def __call__(
         self, points: npt.ArrayLike, progress: Callable[[float], None] = lambda fraction: None
@@ -163,28 +186,54 @@ def _place(point: Float64) -> str:
     return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
 
 
-def _merged_triangles(space: Any) -> Mesh:
+def _merged(space: Any) -> Mesh:
     surface = surface_of(space).mesh
-    triangles, _ = triangulate(surface)
     raw, clean = vtkPolyData(), vtkCleanPolyData()
     raw.SetPoints(vtk_points(surface.points))
-    raw.SetPolys(vtk_triangles(triangles))
+    raw.SetPolys(vtk_cells(surface.offsets, surface.connectivity))
     clean.SetInputData(raw)
     clean.ToleranceIsAbsoluteOn()
     clean.SetAbsoluteTolerance(0.0)
-    clean.Update()  # triangles that lose a corner become lines: they have no area and no say
+    clean.Update()  # polygons with fewer than three places become lines: they have no area and no say
     return surface_of(clean.GetOutput()).mesh
 
 
-def _unbalanced_edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int]:
-    """Return the edges that have one face, (b, 2), and how many others do not run as often back as forth."""
-    corners = mesh.connectivity.reshape(-1, 3).astype(np.int64)
-    start, end = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+def _edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int, npt.NDArray[np.int64]]:
+    """Look at the edges.
+
+    Returns those with one face, (b, 2), how many others do not run as often back as forth, and the faces at
+    edges with more than two faces.
+    """
+    start = mesh.connectivity.astype(np.int64)
+    after = np.arange(1, len(start) + 1)
+    full = mesh.face_sizes > 0
+    after[mesh.offsets[1:][full] - 1] = mesh.offsets[:-1][full]
+    end = start[after]
     keys = np.minimum(start, end) * mesh.n_points + np.maximum(start, end)
     edges, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     balance = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
     borders = np.column_stack(np.divmod(edges[count == 1], mesh.n_points))
-    return borders, int(((count > 1) & (balance != 0.0)).sum())
+    face = np.repeat(np.arange(mesh.n_faces), mesh.face_sizes)
+    return borders, int(((count > 1) & (balance != 0.0)).sum()), np.unique(face[count[edge] > 2])
+
+
+def _without_double_walls(mesh: Mesh) -> Mesh:
+    """Leave out faces that another one covers, turned the other way: where solids touch there is no wall."""
+    kept = np.ones(mesh.n_faces, np.bool_)
+    for size in np.unique(mesh.face_sizes):
+        rows = np.flatnonzero(mesh.face_sizes == size)
+        corners = mesh.connectivity[mesh.offsets[rows][:, None] + np.arange(size)]
+        # From the smallest point on, in the direction of its smaller neighbour.
+        first = corners.argmin(axis=1)[:, None]
+        forth = np.take_along_axis(corners, (first + np.arange(size)) % size, axis=1)
+        back = np.take_along_axis(corners, (first - np.arange(size)) % size, axis=1)
+        turned = forth[:, 1] > forth[:, -1]
+        _, group = np.unique(np.where(turned[:, None], back, forth), axis=0, return_inverse=True)
+        balance = np.bincount(group.ravel(), weights=np.where(turned, -1.0, 1.0))
+        kept[rows] = balance[group.ravel()] != 0.0
+    sizes = mesh.face_sizes[kept]
+    offsets = np.concatenate(([0], np.cumsum(sizes)))
+    return Mesh.from_arrays(mesh.points, offsets, mesh.connectivity[np.repeat(kept, mesh.face_sizes)])
 
 
 def _enclosed_volume(mesh: Mesh, borders: npt.NDArray[np.int64]) -> float:
