@@ -77,12 +77,32 @@ class Field:
         faces = np.flatnonzero(values <= bound)
         return faces[np.argsort(values[faces], kind="stable")][:count]
 
+    @cached_property
+    def of_cells(self) -> Values:
+        """One value for each cell of the polydata: faces of one strip share theirs, other cells have none."""
+        cells, count = self.surface.cells, self.surface.n_cells
+        if len(cells) == count and cells[0] == 0 and cells[-1] == count - 1:
+            return self.values
+        values = np.full(count, np.nan)
+        values[cells] = self.values
+        return values
+
     def histogram(self, edges: Values) -> Values:
         """Return how many percent of the values lie between `edges`; those beyond count at the ends."""
-        inside = np.clip(self.finite, edges[0], edges[-1])
-        counts = np.histogram(inside, edges)[0]
-        shares: Values = 100.0 * counts / max(1, len(self.finite))
-        return shares
+        key = edges.tobytes()
+        if key not in self._histograms:
+            inside = np.clip(self.finite, edges[0], edges[-1])
+            if np.allclose(np.diff(edges), edges[1] - edges[0]):
+                # Said like this, the values need not be sorted.
+                counts = np.histogram(inside, len(edges) - 1, (edges[0], edges[-1]))[0]
+            else:
+                counts = np.histogram(inside, edges)[0]
+            self._histograms[key] = 100.0 * counts / max(1, len(self.finite))
+        return self._histograms[key]
+
+    @cached_property
+    def _histograms(self) -> dict[bytes, Values]:
+        return {}
 
     def faces_between(self, low: float, high: float) -> npt.NDArray[np.int64]:
         """Return the faces with a value from `low` to `high`, at a corner if the values are on points."""
@@ -99,4 +119,6 @@ class Field:
     def prepare(self) -> Field:
         """Compute what the windows will ask for; to be called by the worker."""
         _ = self.span, self.worst
+        if not self.on_points:
+            _ = self.of_cells
         return self

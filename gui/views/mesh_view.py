@@ -73,13 +73,7 @@ class _Surface:
         if field is None or table is None or self.mesh is None:
             self.mapper.ScalarVisibilityOff()
             return
-        values = field.values
-        if not field.on_points:
-            # Cells that are no faces come before and after; faces of one strip share its cell.
-            cells = np.full(field.surface.n_cells, np.nan)
-            cells[field.surface.cells] = values
-            values = cells
-        array = numpy_to_vtk(np.ascontiguousarray(values))
+        array = numpy_to_vtk(np.ascontiguousarray(field.values if field.on_points else field.of_cells))
         array.SetName(_VALUES)
         (data.GetCellData() if field.on_points else data.GetPointData()).Initialize()
         (data.GetPointData() if field.on_points else data.GetCellData()).SetScalars(array)
@@ -153,6 +147,7 @@ class MeshView(QWidget):
         self.plotter.interactor.installEventFilter(self)
         self.plotter.interactor.setMouseTracking(True)
         self._renderers[0].AddObserver("StartEvent", self._cut)
+        self.plotter.render_window.AddObserver("StartEvent", self._issue)
         self._arrange()
 
     # -- what is shown -----------------------------------------------------------------------------
@@ -409,11 +404,13 @@ class MeshView(QWidget):
         self._timer.stop()
         if not self.isVisible():
             return
-        self.issued = time.perf_counter()
-        self.frames += 1
         for renderer in self._renderers:
             renderer.ResetCameraClippingRange()
         self.plotter.render_window.Render()
+
+    def _issue(self, *_: Any) -> None:
+        self.issued = time.perf_counter()
+        self.frames += 1
 
     def picture(self, width: int, height: int, transparent: bool) -> QImage:
         """Return what is shown as a picture of any size."""

@@ -1,0 +1,201 @@
+"""How the desktop app feels at a million faces: measured inside it, written to docs/window.md.
+
+    python benchmarks/window.py [--faces N] [--output FILE]
+
+Needs a display (or xvfb-run). Drawing itself is told apart: it depends on the graphics card.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from vtksmooth.files import write_surface
+from vtksmooth.filters import LaplacianSmoothing, TrapeziumDrawing
+
+_OVERLAYS = ("Key_2", "Key_1", "Key_3", "Key_5", "Key_4", "Key_1", "Key_M", "Key_0", "Key_1", "Key_2")
+
+_START = """
+import time; began = time.perf_counter()
+from vtksmooth_gui import start
+from vtksmooth_gui.controllers.application import Application
+from vtksmooth_gui.settings import Settings
+from pathlib import Path
+qt = start.set_up()
+application = Application(Settings(Path({settings!r})))
+application.window.show()
+view = application.window.view
+while not view.frames:
+    qt.processEvents()
+print(time.perf_counter() - began)
+application.window.close()
+"""
+
+
+def noisy_sphere(faces: int) -> Any:
+    """Return a closed sphere of about `faces` triangles with some noise."""
+    size = round((faces / 2) ** 0.5) + 2
+    mesh = pv.Sphere(theta_resolution=size, phi_resolution=size)
+    noise = np.random.default_rng(0).normal(scale=0.0005, size=mesh.points.shape)
+    mesh.points += noise.astype(np.float32)
+    return mesh
+
+
+class Watch:
+    """Watches the event loop: how long nothing else was done, but for drawing."""
+
+    def __init__(self, view: Any) -> None:
+        from PySide6.QtCore import QTimer
+
+        self.longest = self.drawing = 0.0
+        self._last, self._began, self._drawn = time.perf_counter(), 0.0, 0.0
+        view.plotter.render_window.AddObserver("StartEvent", self._start)
+        view.plotter.render_window.AddObserver("EndEvent", self._end)
+        self._timer = QTimer()
+        self._timer.timeout.connect(self._beat)
+        self._timer.start(2)
+
+    def _start(self, *_: Any) -> None:
+        self._began = time.perf_counter()
+
+    def _end(self, *_: Any) -> None:
+        self._drawn += time.perf_counter() - self._began
+
+    def _beat(self) -> None:
+        now = time.perf_counter()
+        self.longest = max(self.longest, now - self._last - self._drawn)
+        self.drawing = max(self.drawing, self._drawn)
+        self._last, self._drawn = now, 0.0
+
+    def take(self) -> tuple[float, float]:
+        """Return the longest block and the longest drawing since last asked, seconds."""
+        found = self.longest, self.drawing
+        self.longest = self.drawing = 0.0
+        self._last = time.perf_counter()
+        return found
+
+
+def measure(faces: int) -> list[tuple[str, str, str]]:
+    """Return rows: what, how long, what of that was drawing."""
+    from PySide6.QtCore import Qt
+    from PySide6.QtTest import QTest
+
+    from vtksmooth_gui import start
+    from vtksmooth_gui.controllers.application import Application
+    from vtksmooth_gui.settings import Settings
+
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        settings = str(Path(folder) / "settings.ini")
+        seconds = [
+            float(subprocess.run([sys.executable, "-c", _START.format(settings=settings)], text=True,
+                                 capture_output=True, check=True).stdout)
+            for _ in range(3)
+        ]  # fmt: skip
+        rows.append(("first window, warm, from the first import", f"{min(seconds):.2f} s", ""))
+        mesh = noisy_sphere(faces)
+        path = Path(folder) / "sphere.vtp"
+        write_surface(mesh, path)
+        start.set_up()
+        application = Application(Settings(Path(settings)))
+        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        window, view = application.window, application.window.view
+        window.show()
+        window.activateWindow()
+        QTest.qWaitForWindowActive(window)
+        watch = Watch(view)
+
+        def wait() -> None:
+            QTest.qWait(200)
+            while not application.jobs.idle:
+                QTest.qWait(20)
+            QTest.qWait(100)
+
+        def row(what: str) -> None:
+            blocked, drawing = watch.take()
+            rows.append((what, f"{1000 * blocked:.0f} ms", f"{1000 * drawing:.0f} ms"))
+
+        wait()
+        watch.take()
+        application.files.open_paths([path])
+        wait()
+        row("longest block while a file is opened")
+        window.filters.choose(TrapeziumDrawing)
+        window.filters.set_values({"iterations": 2})
+        window.action("apply").trigger()
+        wait()
+        row("longest block while Trapezium Drawing runs and is measured")
+        switches = []
+        for round_ in range(2):
+            for key in _OVERLAYS:
+                frames, began = view.frames, time.perf_counter()
+                QTest.keyClick(window, getattr(Qt.Key, key))
+                while view.frames == frames:
+                    QTest.qWait(1)
+                if round_ or application.jobs.idle:
+                    switches.append(view.issued - began)
+                wait()
+            if not round_:
+                row("longest block while overlays are computed")
+                switches.clear()
+        row("longest block while overlays are switched")
+        text = f"median {1000 * statistics.median(switches):.0f} ms, longest {1000 * max(switches):.0f} ms"
+        rows.append(("overlay switch, from the key to the frame being issued", text, ""))
+        for command in ("split", "swipe", "swipe", "bad_faces", "undo", "redo"):
+            window.action(command).trigger()
+            wait()
+        row("longest block: split, swipe, bad faces, undo, redo")
+        reactions = []
+        for _ in range(5):
+            window.filters.choose(LaplacianSmoothing)
+            window.filters.set_values({"iterations": 100_000, "scheme": "cotangent"})
+            window.action("apply").trigger()
+            QTest.qWait(1500)
+            job = application.jobs._lanes["apply"]
+            ended: list[float] = []
+            job._ended.connect(lambda *_: ended.append(time.perf_counter()), Qt.ConnectionType.DirectConnection)
+            began = time.perf_counter()
+            window.action("cancel").trigger()
+            while not ended:
+                QTest.qWait(1)
+            reactions.append(ended[0] - began)
+            wait()
+        rows.append(("cancel: until the worker has stopped", f"longest of 5: {1000 * max(reactions):.0f} ms", ""))
+        row("longest block while a filter runs and is cancelled")
+        window.close()
+    return rows
+
+
+def main() -> None:
+    """Measure and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--faces", type=int, default=1_000_000)
+    parser.add_argument("--output", type=Path, default=Path(__file__).parents[1] / "docs" / "window.md")
+    options = parser.parse_args()
+    rows = measure(options.faces)
+    lines = [
+        "# How the desktop app feels",
+        "",
+        f"Measured inside it by `python benchmarks/window.py`, on a sphere of {options.faces:,} faces. A block is",
+        "time in which the window could do nothing else; drawing frames (on a processor here, without a graphics",
+        "card) is told apart.",
+        "",
+        "| what | time | longest drawing meanwhile |",
+        "| --- | ---: | ---: |",
+        *(f"| {what} | {text} | {drawing} |" for what, text, drawing in rows),
+    ]
+    options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()
