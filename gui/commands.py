@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from .model.overlays import OVERLAYS
 
+#: Colours for the overlays: perceptually uniform, and readable with any colour vision.
+COLOURS = ("viridis", "cividis", "plasma", "inferno")
+
 
 @dataclass(frozen=True)
 class Command:
@@ -79,6 +82,10 @@ COMMANDS: tuple[Command, ...] = (
             one is OVERLAYS[0], "overlay",
         )
         for number, one in enumerate(OVERLAYS, 1)
+    ),
+    *(
+        Command(f"colours_{name}", name.capitalize(), "Overlay > Colours", "", "", not number, "colours")
+        for number, name in enumerate(COLOURS)
     ),
     Command("reset_thresholds", "Reset Thresholds", "Overlay", "Ctrl+T", "Good, warning, bad as they were"),
     Command("papers_bins", "Bins of the Papers", "Overlay", "Ctrl+B", "Histogram of k in six bins", False),

@@ -42,14 +42,14 @@ GUI_PARTS = {
     "model": {"vtkmodules", "vtksmooth.errors", "vtksmooth.filters", "vtksmooth.kernels"},
     "views": {"vtkmodules", "PySide6", "pyvistaqt", "pyqtgraph", "vtksmooth.filters", "vtksmooth.kernels"},
     "controllers": {"PySide6", "vtksmooth"},
-    "": {"PySide6", "vtksmooth"},
+    "": {"PySide6", "pyvista", "vtksmooth"},
 }
 #: Which other parts it may import.
 GUI_BELOW = {
     "model": set(),
     "views": {"model", "commands", "settings"},
     "controllers": {"model", "views", "commands", "settings"},
-    "": {"app", "model", "controllers", "settings", "start"},
+    "": {"", "app", "model", "controllers", "settings", "start"},
 }
 
 

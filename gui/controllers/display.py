@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from ..commands import overlay_id
+from ..commands import COLOURS, overlay_id
 from ..model import numbers, overlays, picking
 from ..model.document import Document
 from ..model.field import Field
@@ -56,6 +56,9 @@ class Display(QObject):
         self.fields: tuple[Field | None, Field | None] = (None, None)
         self._preview: State | None = None
         self._thresholds: dict[str, list[float]] = settings.get("thresholds", {})
+        name = settings.get("colours", COLOURS[0])
+        self._colours: str = name if name in COLOURS else COLOURS[0]
+        window.action(f"colours_{self._colours}").setChecked(True)
         self.selected: np.ndarray | None = None
         self._brush: tuple[float, float] | None = None
         self._framed = False
@@ -87,6 +90,8 @@ class Display(QObject):
             overlay_id(one.id): lambda _=False, one=one: self.show_overlay(one) for one in OVERLAYS
         }
         found[overlay_id("none")] = lambda _=False: self.show_overlay(None)
+        for name in COLOURS:
+            found[f"colours_{name}"] = lambda _=False, name=name: self._set_colours(name)
         for name, (direction, up) in _CAMERAS.items():
             found[f"view_{name}"] = lambda _=False, d=direction, u=up: self._window.view.look_from(d, u)
         return found
@@ -248,14 +253,14 @@ class Display(QObject):
         if one is None or after is None:
             return
         thresholds = self.thresholds()
-        name = self._settings.get("colours", scale.SEQUENTIAL[0])
-        colours = scale.make(one, after, thresholds, name, window.action("bands").isChecked())
+        colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
         window.view.colour("after", after, colours)
         window.view.colour("before", before, colours)
         unit = "°" if one.unit == "deg" else one.unit
         window.colour_bar.show_scale(colours, one.title, unit, thresholds)
         span = (colours.low, colours.high)
-        window.histogram.show_fields(before, after, one.title, span, () if colours.classes else thresholds)
+        lines = () if colours.classes else thresholds
+        window.histogram.show_fields(before, after, one.title, span, lines, one is OVERLAYS[0])
         if not dragging:
             self.bad_faces()
 
@@ -338,6 +343,11 @@ class Display(QObject):
 
     def bands(self) -> None:
         """Four colours, or a scale."""
+        self._colour()
+
+    def _set_colours(self, name: str) -> None:
+        self._colours = name
+        self._settings.set("colours", name)
         self._colour()
 
     def parallel(self) -> None:

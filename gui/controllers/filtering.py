@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from vtksmooth.filters import Filter
 
+from ..model import numbers
 from ..model.document import Document
 from ..model.history import Filtered
 from ..model.layer import Layer
@@ -124,15 +125,17 @@ class Filtering(QObject):
         if request.layer.state is not request.states[0]:
             self._window.notification.say("The mesh has changed meanwhile; nothing was applied.", "warning")
             return
-        report = str(getattr(algorithm, "report", "") or "")
+        report = str(getattr(algorithm, "report", "") or numbers.line(algorithm.figures))
         made_by = Filtered(request.cls, request.values, tuple(request.states), seconds, report)
         outputs = [algorithm.GetOutput(port) for port in range(len(request.cls.outputs))]
         given = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in request.values.items())
-        name = f"{title(request.cls)} on {request.layer.name}" + (f" ({given})" if given else "")
+        name = f"{title(request.cls)} on {request.layer.name}" + (f": {given}" if given else "")
         self._document.apply(request.layer, outputs, made_by, name)
-        self._window.notification.say(
+        notes: list[str] = getattr(algorithm, "notes", [])
+        said = (
             f"{title(request.cls)}: {report}" if report else f"{title(request.cls)} done in {seconds:.2f} s."
         )
+        self._window.notification.say(" ".join([said, *notes]), "warning" if notes else "note")
         self.applied.emit()
 
     @Slot(object)

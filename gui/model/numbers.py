@@ -57,7 +57,7 @@ def rows(subject: Subject) -> list[Row]:
         share = [f"{s['aspect_ratio']['histogram'][bin]:.2f} %" if s else "" for s in (before, after)]
         found.append(Row(f"faces, {name}", *share))
     comparison = subject.state.summaries.get(("comparison", subject.before))
-    if comparison:
+    if comparison and changed:
         volume = comparison["volume_change_percent"]
         found += [
             Row("volume change", "", "" if volume is None else f"{volume:+.4g} %"),
@@ -78,6 +78,17 @@ def rows(subject: Subject) -> list[Row]:
     return [row for row in found if row.before or row.after]
 
 
+def line(figures: dict[str, Any]) -> str:
+    """Return the figures of a filter in one line."""
+    words = []
+    for name, value in figures.items():
+        if isinstance(value, dict):
+            words.append(f"{name} ({line(value)})")
+        elif isinstance(value, (int, float)):
+            words.append(f"{name} {number(value)}")
+    return ", ".join(words).replace("_", " ")
+
+
 def markdown(name: str, figures: list[Row]) -> str:
     """Return the figures as a Markdown table."""
     lines = [f"| {name} | before | after |", "| --- | ---: | ---: |"]
@@ -91,7 +102,8 @@ def status(subject: Subject) -> list[str]:
     quality = state.summaries.get(("quality", subject.reference))
     if quality is None:
         return found
-    comparison = state.summaries.get(("comparison", subject.before))
+    changed = subject.before is not state
+    comparison = state.summaries.get(("comparison", subject.before)) if changed else None
     if quality["closed"]:
         drift = ""
         if comparison and comparison["volume_change_percent"] is not None:

@@ -49,16 +49,18 @@ class Histogram(QWidget):
         self.plot.getAxis("left").setLabel("%")
         self.plot.getAxis("bottom").enableAutoSIPrefix(False)
         self.plot.getAxis("left").enableAutoSIPrefix(False)
-        self.plot.addLegend(offset=(-10, 5))
+        self.plot.addLegend(offset=(60, 4), verSpacing=-4)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.plot)
         self.setMinimumHeight(110)
         self.papers_bins = False
+        #: Whether what is shown is k, which the papers' bins are for.
+        self._is_k = False
         self._after: Any = None
         self._fields: tuple[Field | None, Field | None] = (None, None)
         self._span = (0.0, 1.0)
-        self.brush = pyqtgraph.LinearRegionItem(brush=QColor(204, 121, 167, 70))
+        self.brush = pyqtgraph.LinearRegionItem(brush=QColor(214, 39, 140, 55))
         self.brush.sigRegionChanged.connect(self._brushed)
         box.spanned.connect(self.set_brush)
         self.locked = False
@@ -71,9 +73,11 @@ class Histogram(QWidget):
         title: str,
         span: tuple[float, float],
         thresholds: tuple[float, ...],
+        is_k: bool = False,
     ) -> None:
         """Show the values of a mesh, and of the one before it, between the ends of `span`."""
         same = (before, after, span) == (*self._fields, self._span)
+        self._is_k = is_k
         self._fields, self._span = (before, after), span
         self._draw_thresholds(thresholds)
         if same:
@@ -83,9 +87,14 @@ class Histogram(QWidget):
         self.plot.getAxis("bottom").setLabel(title)
         self.plot.getAxis("left").setLabel(f"% of the {what}")
 
+    @property
+    def coarse(self) -> bool:
+        """Whether the papers' bins are drawn."""
+        return self.papers_bins and self._is_k
+
     def edges(self) -> np.ndarray:
         """Return the bins' edges."""
-        if self.papers_bins:
+        if self.coarse:
             return np.array(BINS)
         low, high = self._span
         for field in self._fields:
@@ -98,7 +107,7 @@ class Histogram(QWidget):
         for item in [*self.plot.listDataItems()]:
             self.plot.removeItem(item)
         edges = self.edges()
-        widths = np.arange(len(edges)) if self.papers_bins else edges
+        widths = np.arange(len(edges)) if self.coarse else edges
         for field, name, colour, filled in (
             (self._fields[1], "after", AFTER, True),
             (self._fields[0], "before", BEFORE, False),
@@ -111,7 +120,7 @@ class Histogram(QWidget):
                 widths, shares, stepMode="center", fillLevel=0 if filled else None, brush=brush,
                 pen=pyqtgraph.mkPen(QColor(*colour), width=2), name=name,
             )  # fmt: skip
-        ticks = [[(i, f"{edge:g}") for i, edge in enumerate(edges)]] if self.papers_bins else None
+        ticks = [[(i, f"{edge:g}") for i, edge in enumerate(edges)]] if self.coarse else None
         self.plot.getAxis("bottom").setTicks(ticks)
         self.plot.setXRange(widths[0], widths[-1], padding=0.01)
         self.plot.enableAutoRange(axis="y")
@@ -121,7 +130,7 @@ class Histogram(QWidget):
         for mark in self._marks:
             self.plot.removeItem(mark)
         self._marks = []
-        if self.papers_bins:
+        if self.coarse:
             return
         for value, colour in zip(thresholds, THRESHOLDS, strict=False):
             if self._span[0] <= value <= self._span[1]:
@@ -150,7 +159,7 @@ class Histogram(QWidget):
         if self.brush.scene() is None:
             return
         low, high = self.brush.getRegion()
-        if self.papers_bins:
+        if self.coarse:
             # The bins are drawn equally wide; what lies between them is in proportion.
             low, high = np.interp((low, high), np.arange(len(BINS)), BINS)
         self.brushed.emit((float(low), float(high)))
@@ -167,5 +176,5 @@ class Histogram(QWidget):
             axis = self.plot.getAxis(name)
             axis.setPen(theme.muted)
             axis.setTextPen(theme.text_colour)
-        legend = self.plot.getPlotItem().legend
-        legend.setLabelTextColor(theme.text_colour)
+        self.plot.getPlotItem().legend.setLabelTextColor(theme.text_colour)
+        self.draw()

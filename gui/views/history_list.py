@@ -22,6 +22,7 @@ class HistoryList(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.list = QListWidget()
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.memory = QLabel()
         self.memory.setToolTip("Memory of the states that can be gone back to; the limit is in the menu Edit")
         layout = QVBoxLayout(self)
@@ -43,7 +44,8 @@ class HistoryList(QWidget):
 
     def _add(self, title: str, tip: str, reachable: bool, current: bool, done: bool) -> None:
         item = QListWidgetItem(title)
-        item.setToolTip(tip if reachable else f"{tip} Its memory has been given up.".strip())
+        gone = "" if reachable else "Its memory has been given up."
+        item.setToolTip("\n".join(text for text in (title, tip, gone) if text))
         if not reachable:
             item.setFlags(Qt.ItemFlag.NoItemFlags)
         elif not done:

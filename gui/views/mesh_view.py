@@ -285,16 +285,17 @@ class MeshView(QWidget):
         surface = _Surface()
         look = surface.actor.GetProperty()
         scale = self.devicePixelRatioF()
-        colour = {"bad": BEYOND, "brush": (204, 121, 167), "worst": (255, 0, 120), "lines": (20, 20, 20)}[
-            name
-        ]
+        colour = {"bad": BEYOND, "brush": (214, 39, 140), "worst": (255, 0, 120), "lines": (20, 20, 20)}[name]
         look.SetColor(*(c / 255 for c in colour))
         look.LightingOff()
-        look.SetLineWidth({"bad": 2.0, "brush": 1.0, "worst": 4.0, "lines": 3.0}[name] * scale)
+        look.SetLineWidth({"bad": 2.0, "brush": 2.0, "worst": 4.0, "lines": 3.0}[name] * scale)
         if name in ("bad", "worst"):
             look.SetRepresentationToWireframe()
         if name == "brush":
-            look.SetOpacity(0.85)
+            # With edges of its own: slivers are thinner than a pixel.
+            look.EdgeVisibilityOn()
+            look.SetEdgeOpacity(1.0)
+            look.SetEdgeColor(*(c / 255 for c in colour))
         # Drawn over the faces that they lie on.
         surface.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         surface.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-2.0, -2.0)
@@ -359,6 +360,9 @@ class MeshView(QWidget):
         box = bounds or renderer.ComputeVisiblePropBounds()
         if box[0] <= box[1]:
             renderer.ResetCamera(box)
+            aspect = 0.5 * self._width() / max(1, self._height())
+            if self.mode == SPLIT and aspect < 1.0 and not self.camera.GetParallelProjection():
+                self.camera.Dolly(aspect)
         self.render_soon()
 
     def look_from(self, direction: tuple[float, float, float], up: tuple[float, float, float]) -> None:

@@ -13,8 +13,7 @@ from ..model.overlays import Overlay
 
 Colours = npt.NDArray[np.uint8]
 
-#: Perceptually uniform and readable with any colour vision.
-SEQUENTIAL = ("viridis", "cividis", "plasma", "inferno")
+#: As uniform and readable as the others, with a middle.
 _DIVERGING = "CET-CBD1"
 
 #: Okabe and Ito's colours: good, fair, poor, bad; and for classes.
@@ -71,7 +70,8 @@ def make(
         reach = max(abs(good), abs(bad)) or 1.0
         low, high = -reach, reach
     else:
-        low, high = 0.0, bad
+        # The bands reach beyond bad, so that its own can be seen.
+        low, high = 0.0, 1.25 * bad if bands else bad
     if not high > low:
         low, high = field.span if field.span[1] > field.span[0] else (low, low + 1.0)
     values = np.linspace(low, high, _STEPS)

@@ -30,8 +30,8 @@ class User:
         self.window, self.document = application.window, application.document
         self.display, self.jobs = application.display, application.jobs
 
-    def wait(self, condition=lambda: True, timeout=30_000):
-        """Wait until everything asked for has been done and shown."""
+    def wait(self, condition=lambda: True, timeout=200_000):
+        """Wait until everything asked for has been done and shown; the first time kernels are compiled."""
         self.qtbot.waitUntil(lambda: self.jobs.idle and condition(), timeout=timeout)
         self.qtbot.wait(1)
 

@@ -9,14 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 model = pytest.importorskip("vtksmooth_gui.model")
+from vtksmooth.filters import LaplacianSmoothing  # noqa: E402
 from vtksmooth_gui.model.document import Document  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
 from vtksmooth_gui.model.history import Filtered  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
-
-from vtksmooth.filters import LaplacianSmoothing  # noqa: E402
 
 
 def sphere(shift=0.0):

@@ -133,7 +133,7 @@ def test_cancel_stops_a_run_and_leaves_the_mesh(user, big):
     before, state = points(user.mesh).copy(), user.document.active.state
     user.choose(LaplacianSmoothing, iterations=100_000)
     user.window.action("apply").trigger()
-    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=60_000)
+    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=200_000)
     user.window.action("cancel").trigger()
     assert not user.jobs.busy("apply")
     user.wait()
@@ -148,7 +148,7 @@ def test_the_window_answers_while_a_filter_runs(user, big):
     user.drop(big)
     user.choose(LaplacianSmoothing, iterations=100_000)
     user.window.action("apply").trigger()
-    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=60_000)
+    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=200_000)
     assert "iteration" in user.window.filters.doing.text()
     frames = user.window.view.frames
     user.window.action("view_pz").trigger()
@@ -594,7 +594,7 @@ def test_closing_while_a_filter_runs_is_safe(user, big):
     user.drop(big)
     user.choose(LaplacianSmoothing, iterations=100_000)
     user.window.action("apply").trigger()
-    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=60_000)
+    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=200_000)
     user.window.close()
     assert not user.window.isVisible()
     assert user.jobs._pool.activeThreadCount() == 0

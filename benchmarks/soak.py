@@ -1,0 +1,246 @@
+"""A soak test of the desktop app: at random apply, cancel, undo, preview, switch, for some minutes.
+
+    python benchmarks/soak.py [--minutes N] [--seed N] [MESH ...]
+
+After each step the state is compared with what it must be; memory must stay flat. Ends with status 1 at the
+first thing that is wrong. Needs a display (or xvfb-run).
+"""
+
+from __future__ import annotations
+
+import argparse
+import faulthandler
+import random
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from vtksmooth.filters import FILTERS, SmoothingFilter
+from vtksmooth_gui import start  # before Qt: it chooses how Qt draws
+from vtksmooth_gui.commands import COMMANDS
+from vtksmooth_gui.controllers.application import Application
+from vtksmooth_gui.model.layer import Layer
+from vtksmooth_gui.model.state import State
+from vtksmooth_gui.settings import Settings
+
+_SWITCHES = (
+    "toggle_before",
+    "split",
+    "swipe",
+    "edges",
+    "bad_faces",
+    "bands",
+    "dark",
+    "papers_bins",
+    "parallel",
+)
+_OVERLAYS = tuple(command.id for command in COMMANDS if command.group == "overlay")
+_SMOOTHING = tuple(cls for cls in FILTERS if issubclass(cls, SmoothingFilter) and len(cls.inputs) == 1)
+
+
+def resident() -> float:
+    """Return the memory of this process, megabytes."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return int(line.split()[1]) / 1024
+    return 0.0
+
+
+class Soak:
+    """A restless user, who remembers what every state of the history was."""
+
+    def __init__(self, application: Application, seed: int) -> None:
+        self.application, self.random = application, random.Random(seed)
+        self.window, self.document = application.window, application.document
+        self.expected: list[dict[Layer, tuple[State, bytes]]] = []
+        self.counts: dict[str, int] = {}
+
+    def wait(self, seconds: float = 0.0) -> None:
+        """Let things happen; with 0 until all is done."""
+        from PySide6.QtTest import QTest
+
+        QTest.qWait(round(1000 * seconds) or 5)
+        deadline = time.monotonic() + 120
+        while not seconds and not self.application.jobs.idle:
+            QTest.qWait(5)
+            assert time.monotonic() < deadline, "a job does not end"
+
+    def now(self) -> dict[Layer, tuple[State, bytes]]:
+        """Return the states of the layers, with their points."""
+        states = [(layer, layer.state) for layer in self.document.layers]
+        return {layer: (state, state.points.tobytes()) for layer, state in states if state is not None}
+
+    def remember(self) -> None:
+        """Note what the steps that are in effect have led to."""
+        index = self.document.history.index
+        del self.expected[index:]
+        while len(self.expected) <= index:
+            self.expected.append(self.now())
+        self.expected[index] = self.now()
+
+    def check(self) -> None:
+        """Compare the document and the window with what they must be."""
+        index = self.document.history.index
+        if index < len(self.expected):
+            assert self.now() == self.expected[index], "a state is not what it was"
+        assert len(self.document.history.steps) + 1 == len(self.expected), "the history has another length"
+        assert self.document.history.memory <= self.document.history.limit
+        subject, active = self.application.display.subject, self.document.active
+        assert (subject is None) == (active is None)
+        if subject is not None and self.application.display._preview is None:
+            assert active is not None
+            assert subject.state is active.state, "another mesh is shown"
+            surface = self.window.view._surfaces["after"].data
+            shown = vtk_to_numpy(surface.GetPoints().GetData())
+            assert np.array_equal(shown, subject.state.points), "other points are drawn"
+
+    # -- what it does ------------------------------------------------------------------------------
+
+    def choose(self, iterations: int) -> None:
+        """Choose a filter."""
+        self.window.filters.choose(self.random.choice(_SMOOTHING))
+        self.window.filters.set_values({"iterations": iterations})
+
+    def apply(self) -> None:
+        """Apply a filter and let it end."""
+        if self.document.active is None:
+            return
+        self.choose(self.random.randint(0, 8))
+        self.window.action("apply").trigger()
+        self.wait()
+        self.remember()
+
+    def cancel(self) -> None:
+        """Begin to apply a filter and cancel it."""
+        if self.document.active is None:
+            return
+        self.choose(1_000_000)
+        before = self.document.active.state
+        self.window.action("apply").trigger()
+        self.wait(self.random.choice((0.001, 0.02, 0.1, 0.3)))
+        if self.application.jobs.busy("apply"):
+            self.window.action("cancel").trigger()
+            assert self.document.active.state is before
+        else:
+            self.remember()  # it converged
+
+    def preview(self) -> None:
+        """Preview, change parameters, and end it."""
+        if self.document.active is None:
+            return
+        self.choose(2)
+        self.window.action("preview").trigger()
+        for _ in range(self.random.randint(0, 4)):
+            self.window.filters.rows["iterations"].editor.setValue(self.random.randint(1, 9))  # type: ignore[attr-defined]
+            self.wait(self.random.choice((0.01, 0.2)))
+        if self.window.action("preview").isChecked():
+            self.window.action("preview").trigger()
+
+    def undo(self) -> None:
+        """Undo or redo a few steps."""
+        for _ in range(self.random.randint(1, 4)):
+            action = self.window.action(self.random.choice(("undo", "redo")))
+            if action.isEnabled():
+                action.trigger()
+
+    def jump(self) -> None:
+        """Go somewhere in the history."""
+        history = self.document.history
+        self.application._go(self.random.randint(history.first, len(history.steps)))
+
+    def switch(self) -> None:
+        """Switch overlays and views, faster than they can be computed."""
+        for _ in range(self.random.randint(1, 6)):
+            self.window.action(self.random.choice(_OVERLAYS + _SWITCHES)).trigger()
+            self.wait(self.random.choice((0.001, 0.03)))
+
+    def brush(self) -> None:
+        """Brush, lock and go to the worst faces."""
+        ends = sorted(self.random.random() for _ in range(2))
+        self.window.histogram.set_brush((ends[0], ends[1]))
+        self.window.action(self.random.choice(("lock_brush", "next_worst", "previous_worst"))).trigger()
+
+    def close(self) -> None:
+        """Close a layer, and bring it back or not."""
+        if self.document.active is not None and len(self.document.layers) > 1:
+            self.window.action("close_layer").trigger()
+            self.remember()
+
+    def run(self, seconds: float) -> None:
+        """Do all this at random."""
+        actions = [
+            self.apply,
+            self.cancel,
+            self.preview,
+            self.undo,
+            self.jump,
+            self.switch,
+            self.brush,
+            self.close,
+        ]
+        weights = [5, 4, 3, 5, 2, 5, 3, 1]
+        began = told = time.monotonic()
+        memory: list[float] = []
+        while time.monotonic() - began < seconds:
+            action = self.random.choices(actions, weights)[0]
+            self.counts[action.__name__] = self.counts.get(action.__name__, 0) + 1
+            action()
+            if self.random.random() < 0.5:
+                self.wait()
+            self.check()
+            if len(self.document.history.steps) > 15:
+                # A new history: what was remembered of the old one goes too.
+                self.wait()
+                self.document.go(self.document.history.first)
+                self.document.history.steps.clear()
+                self.document.history.index = 0
+                self.expected.clear()
+                self.remember()
+                self.wait()
+                memory.append(resident())
+            if time.monotonic() - told > 20:
+                told = time.monotonic()
+                print(f"{told - began:5.0f} s  {resident():6.0f} MB  {self.counts}", flush=True)
+        self.wait()
+        print(f"done: {sum(self.counts.values())} steps, {self.counts}")
+        if len(memory) > 3:
+            print("memory at the same place, MB:", *(f"{value:.0f}" for value in memory))
+            settled = memory[len(memory) // 3 :]
+            assert max(settled) < 1.15 * settled[0] + 50, "memory grows"
+
+
+def main() -> int:
+    """Run the soak test."""
+    faulthandler.enable()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("meshes", nargs="*", type=Path)
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    wrong: list[Any] = []
+    start.set_up()
+    with tempfile.TemporaryDirectory() as folder:
+        application = Application(Settings(Path(folder) / "settings.ini"))
+        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        sys.excepthook = lambda *error: (wrong.append(error), sys.__excepthook__(*error))
+        application.window.resize(1100, 750)
+        application.window.show()
+        soak = Soak(application, options.seed)
+        soak.remember()
+        for path in options.meshes or [Path(pv.examples.antfile), Path(pv.examples.planefile)]:
+            application.files.open_paths([path])
+            soak.wait()
+            soak.remember()
+        soak.run(60 * options.minutes)
+        application.window.close()
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+"""A tour through the application, which makes the pictures of the documentation.
+
+    python -m vtksmooth_gui.tour [--output FOLDER]
+
+It does what a user does, in a real window (or under xvfb-run), on meshes that everybody has.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from vtksmooth import samples
+from vtksmooth.filters import FILTERS, LaplacianSmoothing, TrapeziumDrawing
+
+from . import start  # first of all: it chooses how Qt draws
+from .controllers.application import Application
+from .model.layer import Role
+from .settings import Settings
+
+_SIZE = (1600, 950)
+
+
+class Tour:
+    """A user who takes pictures."""
+
+    def __init__(self, application: Application, output: Path) -> None:
+        self.application, self.output = application, output
+        self.window, self.document = application.window, application.document
+        self.written: list[Path] = []
+
+    def wait(self, seconds: float = 0.25) -> None:
+        """Wait until all is done and drawn."""
+        from PySide6.QtTest import QTest
+
+        QTest.qWait(round(1000 * seconds))
+        deadline = time.monotonic() + 300
+        while not self.application.jobs.idle and time.monotonic() < deadline:
+            QTest.qWait(20)
+        QTest.qWait(round(1000 * seconds))
+
+    def do(self, *commands: str) -> None:
+        """Choose commands from the menus."""
+        for command in commands:
+            self.window.action(command).trigger()
+            self.wait()
+
+    def open(self, *paths: Path) -> None:
+        """Open files."""
+        self.application.files.open_paths(paths)
+        self.wait()
+
+    def apply(self, cls: Any, **values: Any) -> None:
+        """Apply a filter."""
+        self.window.filters.choose(cls)
+        self.window.filters.set_values(values)
+        self.do("apply")
+
+    def turn(self, azimuth: float, elevation: float, zoom: float = 1.0) -> None:
+        """Turn the camera and come nearer."""
+        camera = self.window.view.camera
+        camera.Azimuth(azimuth)
+        camera.Elevation(elevation)
+        camera.OrthogonalizeViewUp()
+        camera.Dolly(zoom)
+        self.window.view.render_soon()
+
+    def picture(self, name: str, widget: Any = None) -> None:
+        """Take a picture of the window."""
+        self.wait()
+        path = self.output / f"app_{name}.png"
+        (widget or self.window).grab().save(str(path))
+        self.written.append(path)
+
+
+def scan(folder: Path) -> Path:
+    """Write a marching-cubes surface of PyVista's voxel image of channels, and return its file."""
+    image = pv.read(pv.examples.channelsfile).extract_subset([0, 60, 170, 230, 53, 72]).cells_to_points()
+    image["facies"] = (image["facies"] > 0).astype(np.float32)
+    image = image.gaussian_smooth(std_dev=2.0)
+    image = image.extract_subset(image.extent, rate=(2, 2, 2))
+    surface = image.contour([0.5], method="flying_edges").connectivity("largest")
+    surface.clear_data()
+    surface.save(folder / "channels.ply")
+    return folder / "channels.ply"
+
+
+def improve(tour: Tour, folder: Path) -> None:
+    """Improve a marching-cubes surface."""
+    tour.open(scan(folder))
+    tour.turn(25, 0, 1.1)
+    tour.window.histogram.set_brush((0.0, 0.2))
+    tour.picture("opened")
+    tour.window.histogram.set_brush(None)
+    tour.window.filters.choose(TrapeziumDrawing)
+    tour.window.filters.set_values({"max_deviation_fraction": 0.002})
+    tour.do("preview")
+    tour.picture("preview")
+    tour.do("apply", "split", "frame")
+    tour.picture("split")
+    tour.do("split", "swipe", "overlay_normal_deviation", "bands")
+    tour.turn(0, 0, 1.6)
+    tour.picture("swipe")
+    tour.do("bands", "swipe", "overlay_aspect_ratio", "bad_faces", "dark", "next_worst")
+    tour.picture("worst")
+    tour.do("dark", "bad_faces", "frame", "cheat_sheet")
+    tour.picture("keys", tour.application._dialogs["cheat_sheet"])
+    tour.do("cheat_sheet", "papers_bins", "overlay_deviation", "frame")
+    tour.apply(LaplacianSmoothing, scheme="taubin", iterations=20)
+    tour.do("undo")
+    tour.picture("history")
+    tour.do("redo", "papers_bins", "close_layer")
+
+
+def contain(tour: Tour, folder: Path) -> None:
+    """Smooth a skin of cells inside its installation space."""
+    cls = next((cls for cls in FILTERS if cls.__name__ == "InstallationSpaceSmoothing"), None)
+    skin, space = samples.channel()
+    skin.save(folder / "skin.vtp")
+    space.save(folder / "space.vtp")
+    tour.open(folder / "skin.vtp", folder / "space.vtp")
+    tour.application.document.set_role(tour.document.layers[-1], Role.SPACE)
+    tour.do("overlay_none", "frame")
+    tour.turn(0, 0, 1.3)
+    tour.picture("space")
+    if cls is not None:
+        tour.apply(cls)
+        tour.do("overlay_signed_distance", "frame")
+        tour.turn(0, 0, 1.3)
+        tour.picture("contained")
+
+
+STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, contain)
+
+
+def run(output: Path) -> list[Path]:
+    """Make all pictures and return their files."""
+    start.set_up()
+    output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        application = Application(Settings(Path(folder) / "settings.ini"))
+        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        application.window.resize(*_SIZE)
+        application.window.show()
+        tour = Tour(application, output)
+        tour.wait(1.0)
+        for stop in STOPS:
+            stop(tour, Path(folder))
+        application.window.close()
+    return tour.written
+
+
+def main() -> None:
+    """Run the tour."""
+    parser = argparse.ArgumentParser(
+        prog="vtksmooth_gui.tour", description="Make the documentation's pictures."
+    )
+    parser.add_argument("--output", type=Path, default=Path("docs/pictures"), help="folder for the pictures")
+    for path in run(parser.parse_args().output):
+        print(path)
+
+
+if __name__ == "__main__":
+    main()
