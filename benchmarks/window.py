@@ -186,7 +186,7 @@ def main() -> None:
         "# How the desktop app feels",
         "",
         f"Measured inside it by `python benchmarks/window.py`, on a sphere of {options.faces:,} faces. A",
-        "block is time in which the window could do nothing else; drawing frames (on a processor here, without a",
+        "block is time in which the window could do nothing else; drawing frames (by a processor, without a",
         "graphics card) is told apart.",
         "",
         "| what | time | longest drawing meanwhile |",
