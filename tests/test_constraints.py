@@ -184,6 +184,55 @@ def test_deviation_bound_shortens_steps_before_it_refuses_them():
         assert height == pytest.approx(0, abs=1e-15) or height == 1.0 or refused > bound
 
 
+@pytest.mark.parametrize("name", SCHEMES)
+def test_displacement_bound(bumpy, name):
+    mesh = bumpy.mesh
+    distances = np.random.default_rng(2).choice([0.0, 0.01, 0.1, np.inf], mesh.n_points)
+    for sliding, to_surface, gated in product((False, True), repeat=3):
+        constraints = [Boundary(sliding)] + [BackToSurface()] * to_surface + [Gate("aspect")] * gated
+        points, _ = loop.smooth(
+            mesh, SCHEMES[name], constraints, iterations=4, max_displacement=distances
+        )  # fmt: skip
+        displacement = np.linalg.norm(points - mesh.points, axis=1)
+        assert (displacement <= distances * (1 + 1e-12)).all()
+        for distance in (0.01, 0.1, np.inf):
+            moved = displacement[distances == distance].max() > 0
+            assert moved or (to_surface or gated)
+        held = distances == 0.0
+        assert points[held].tobytes() == mesh.points[held].tobytes()
+        if to_surface:
+            assert bumpy.deviation(points).max() < 1e-12
+        if sliding:
+            for axis, side in enumerate(bumpy.sides):
+                np.testing.assert_allclose(points[side, axis // 2], mesh.points[side, axis // 2], atol=1e-13)
+
+
+def test_displacement_bound_ends_steps_on_the_sphere():
+    mesh = meshes.fan(12)
+    mesh.points[0] = [0.0, 0.0, 1.0]
+    for bound in (0.3, 0.7, 1.0, 5.0):
+        distances = np.full(mesh.n_points, bound)
+        points, _ = loop.smooth(mesh, Umbrella(0.5), iterations=20, max_displacement=distances)
+        assert points[0, 2] == pytest.approx(max(0.0, 1.0 - bound), abs=1e-5)
+
+
+@pytest.mark.parametrize("scattered", [False, True])
+def test_displacements_belong_to_the_callers_numbering(scattered, monkeypatch):
+    monkeypatch.setattr(loop, "_scattered", lambda near: scattered)
+    mesh = meshes.sheet(9, 9, jitter=0.4, bump=2.0, seed=3)
+    shuffle = np.random.default_rng(5).permutation(mesh.n_points)
+    rank = np.argsort(shuffle)
+    shuffled = Mesh.from_faces(mesh.points[shuffle], [rank[face] for face in meshes.lists(mesh)])
+    distances = np.linspace(0.0, 0.2, mesh.n_points)
+    for gate in ([], [Gate("aspect")]):
+        points, _ = loop.smooth(
+            shuffled, Umbrella(), gate, iterations=5, max_displacement=distances[shuffle]
+        )  # fmt: skip
+        displacement = np.linalg.norm(points[rank] - mesh.points, axis=1)
+        assert (displacement <= distances * (1 + 1e-12)).all()
+        assert (displacement > 0.9 * distances).sum() > (0 if gate else 10)
+
+
 def oracle_gated_pass(mesh, k_directions, kinds):
     """Trapezium Drawing with its gate, one vertex after another in the loop's own order."""
     near = adjacency.build(mesh)

@@ -15,7 +15,12 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPartitionedDataSetCollection,
     vtkPolyData,
 )
-from vtkmodules.vtkFiltersCore import vtkPolyDataNormals, vtkStripper, vtkTriangleFilter
+from vtkmodules.vtkFiltersCore import (
+    vtkConstrainedSmoothingFilter,
+    vtkPolyDataNormals,
+    vtkStripper,
+    vtkTriangleFilter,
+)
 from vtkmodules.vtkFiltersSources import vtkCubeSource, vtkPlaneSource, vtkSphereSource
 
 from vtksmooth import (
@@ -307,6 +312,44 @@ def test_missing_or_wrong_fixed_array_is_said() -> None:
     with pytest.raises(InvalidMeshError, match="one value for each point"):
         LaplacianSmoothing()(mesh)
     assert LaplacianSmoothing(fixed=None)(mesh).GetNumberOfPoints() == mesh.GetNumberOfPoints()
+
+
+def with_constraints(mesh: vtkPolyData, values: Any) -> vtkPolyData:
+    array = numpy_to_vtk(np.asarray(values, float), deep=1)
+    array.SetName("SmoothingConstraints")
+    result = vtkPolyData()
+    result.ShallowCopy(mesh)
+    result.GetPointData().AddArray(array)
+    return result
+
+
+def test_smoothing_constraints_mean_what_they_mean_to_vtk() -> None:
+    rng = np.random.default_rng(4)
+    mesh = plane(seed=4)
+    distances = rng.choice([0.0, 0.02, 1000.0], mesh.GetNumberOfPoints())
+    mesh = with_constraints(mesh, distances)
+    native = vtkConstrainedSmoothingFilter()
+    native.SetInputData(mesh)
+    native.SetRelaxationFactor(0.5)
+    native.Update()
+    for result in (native.GetOutput(), LaplacianSmoothing()(mesh)):
+        displacement = np.linalg.norm(points_of(result) - points_of(mesh), axis=1)
+        assert (displacement <= distances + 1e-7).all()
+        assert displacement[distances == 0.02].max() == pytest.approx(0.02, abs=1e-6)
+        assert displacement[distances == 1000.0].max() > 0.02
+    free = points_of(LaplacianSmoothing(max_displacement=None)(mesh))
+    assert np.linalg.norm(free - points_of(mesh), axis=1)[distances == 0.0].max() > 0.02
+
+
+def test_wrong_smoothing_constraints_are_said() -> None:
+    mesh = plane()
+    for wrong in (-1.0, np.nan):
+        constraints = np.full(mesh.GetNumberOfPoints(), 0.1)
+        constraints[7] = wrong
+        with pytest.raises(InvalidMeshError, match="'SmoothingConstraints' must hold distances, 0 or more"):
+            LaplacianSmoothing()(with_constraints(mesh, constraints))
+    with pytest.raises(ParameterError, match=r"max_displacement: there is no point array 'far'"):
+        LaplacianSmoothing(max_displacement="far")(mesh)
 
 
 # -- errors --------------------------------------------------------------------------------------

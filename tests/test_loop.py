@@ -62,6 +62,7 @@ def test_the_fused_sweep_is_what_trapezium_drawing_uses():
             TrapeziumDrawing(),
             constraints,
             None,
+            None,
             features.detect,
             loop.StopRules(),
             loop._ignore,

@@ -31,6 +31,10 @@ from .parameter import AUTO, Parameter
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
 
+#: Array that bounds displacements when it is there and no other is named: that of VTK's
+#: vtkConstrainedSmoothingFilter.
+MAX_DISPLACEMENT = "SmoothingConstraints"
+
 #: Arrays that say what the features are, when both are there.
 FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
 
@@ -47,6 +51,11 @@ class SmoothingFilter(Filter):
     iterations = Parameter(10, "Most iterations to do.", low=0)
     fixed = Parameter(
         FIXED, "Point array that is nonzero at points that must not move; absent, none is held.",
+        optional=True, type=str,
+    )  # fmt: skip
+    max_displacement = Parameter(
+        MAX_DISPLACEMENT,
+        "Point array of how far each point may go from its place, in model units; absent, any distance.",
         optional=True, type=str,
     )  # fmt: skip
     boundary = Parameter(
@@ -179,7 +188,8 @@ class SmoothingFilter(Filter):
             self.make_scheme(),
             self.make_constraints(diagonal),
             iterations=self.iterations,
-            fixed=self._fixed_mask(source),
+            fixed=self._point_array(source, "fixed"),
+            max_displacement=self._distances(source),
             find_features=self._given_features(source) or self._find_features,
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
@@ -201,16 +211,24 @@ class SmoothingFilter(Filter):
         self.report = report
         return output
 
-    def _fixed_mask(self, source: Any) -> npt.NDArray[Any] | None:
-        if self.fixed is None:
+    def _point_array(self, source: Any, parameter: str) -> npt.NDArray[Any] | None:
+        """Return the array that a parameter names; an array with the default's name need not be there."""
+        name = getattr(self, parameter)
+        if name is None:
             return None
-        mask = point_array(source, self.fixed)
-        if mask is None and self.fixed != FIXED:
+        array = point_array(source, name)
+        if array is None and name != self.parameters()[parameter].default:
             names = ", ".join(point_array_names(source)) or "no arrays"
-            raise ParameterError(
-                f"There is no point array {self.fixed!r} to fix points by; the mesh has: {names}."
+            raise ParameterError(f"{parameter}: there is no point array {name!r}; the mesh has: {names}.")
+        return array
+
+    def _distances(self, source: Any) -> npt.NDArray[Any] | None:
+        distances = self._point_array(source, "max_displacement")
+        if distances is not None and not (distances >= 0).all():
+            raise InvalidMeshError(
+                f"The point array {self.max_displacement!r} must hold distances, 0 or more at every point."
             )
-        return mask
+        return distances
 
     def _given_features(self, source: Any) -> Features | None:
         classes = point_array(source, FEATURE_CLASS)

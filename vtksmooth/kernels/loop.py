@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from .compiled import kernel
 from .constraints import Constraint
 from .constraints.boundary import Boundary
 from .constraints.containment import Containment
+from .constraints.displacement_bound import DisplacementBound
 from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
 from .mesh import LARGEST_POLYGON, Mesh
@@ -105,6 +107,7 @@ def smooth(
     *,
     iterations: int,
     fixed: npt.ArrayLike | None = None,
+    max_displacement: npt.ArrayLike | None = None,
     find_features: FindFeatures = features.detect,
     stop: StopRules = StopRules(),
     progress: Progress = _ignore,
@@ -124,6 +127,8 @@ def smooth(
         Most iterations to do.
     fixed : (n,) array_like, optional
         Nonzero for points that must stay, bit for bit.
+    max_displacement : (n,) array_like, optional
+        How far each point may be from its place in `mesh`, model units; 0 for points that must stay.
     find_features : callable or Features
         Returns the features of a mesh with its neighbourhoods, for the constraints that keep them;
         or those features, in the numbering of `mesh`.
@@ -147,7 +152,7 @@ def smooth(
     [1.0, 1.0, 0.0]
     """
     began = time.perf_counter()
-    run = _Run(mesh, scheme, constraints, fixed, find_features, stop, progress)
+    run = _Run(mesh, scheme, constraints, fixed, max_displacement, find_features, stop, progress)
     report = run.report
     run.start()
     if not run.free:
@@ -185,6 +190,7 @@ class _Run:
         scheme: Scheme,
         constraints: Sequence[Constraint],
         fixed: npt.ArrayLike | None,
+        max_displacement: npt.ArrayLike | None,
         find_features: FindFeatures,
         stop: StopRules,
         progress: Progress,
@@ -193,9 +199,14 @@ class _Run:
         self.constraints = list(constraints)
         if not any(isinstance(constraint, Boundary) for constraint in self.constraints):
             self.constraints.insert(0, Boundary(sliding=False))
+        self.bound: DisplacementBound | None = None
+        if max_displacement is not None:
+            self.bound = DisplacementBound(self._for_each_point("max_displacement", max_displacement))
+            gates = [number for number, c in enumerate(self.constraints) if c.in_place]
+            self.constraints.insert(min(gates, default=len(self.constraints)), self.bound)
         for number, constraint in enumerate(self.constraints):
             constraint.follow(self.constraints[:number])
-        self.fixed = fixed
+        self.fixed = None if fixed is None else self._for_each_point("fixed", fixed)
         self.find_features = find_features
         self.in_place = any(constraint.in_place for constraint in self.constraints)
         self.on_edges = isinstance(scheme, EdgeScheme)
@@ -244,13 +255,9 @@ class _Run:
         )  # fmt: skip
         self._pin_giants()
         if self.fixed is not None:
-            mask = np.asarray(self.fixed) != 0
-            if mask.shape != (self.mesh.n_points,):
-                raise ParameterError(
-                    f"fixed must hold one value for each of the {self.mesh.n_points} points, "
-                    f"not have the shape {mask.shape}."
-                )
-            Fixed(mask if self.order is None else mask[self.order]).bind(self.state)
+            Fixed(self.fixed if self.order is None else self.fixed[self.order]).bind(self.state)
+        if self.bound is not None and self.order is not None:
+            self.bound.distances = self.bound.distances[self.order]
         for constraint in self.constraints:
             constraint.bind(self.state)
         self.scheme.bind(self.state)
@@ -263,6 +270,15 @@ class _Run:
         report.mean_aspect_ratio = (self.mean_k, self.mean_k)
         report.min_aspect_ratio = (float(k.min()), float(k.min()))
         report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
+
+    def _for_each_point(self, name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
+        array = np.asarray(values)
+        if array.shape != (self.mesh.n_points,):
+            raise ParameterError(
+                f"{name} must hold one value for each of the {self.mesh.n_points} points, "
+                f"not have the shape {array.shape}."
+            )
+        return array
 
     def _pin_giants(self) -> None:
         topology = self.state.topology
