@@ -513,7 +513,7 @@ def cubic(page: Page) -> None:
         Laplacian's final histogram found no mesh that had it."""
     )
     methods: list[tuple[str, Callable[[int], Any]]] = [
-        ("Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation=1.0)),
+        ("Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation_factor=1.0)),
         ("BDS", lambda n: BackToSurfaceSmoothing(iterations=n)),
         ("TD", lambda n: TrapeziumDrawing(iterations=n)),
     ]
@@ -613,8 +613,8 @@ def terrain(page: Page) -> None:
     )
     paper = [211, 179, 3673, 1449, 0]
     methods: list[tuple[str, Callable[[int], Any]]] = [
-        ("Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation=1.0)),
-        ("smart Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation=1.0, gate="angle")),
+        ("Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation_factor=1.0)),
+        ("smart Laplacian", lambda n: LaplacianSmoothing(iterations=n, relaxation_factor=1.0, gate="angle")),
         ("angle-based", lambda n: AngleBasedSmoothing(iterations=n)),
         ("weighted angle-based", lambda n: AngleBasedSmoothing(iterations=n, weighted=True)),
         ("TD", lambda n: TrapeziumDrawing(iterations=n)),

@@ -185,7 +185,7 @@ def test_kernels_being_compiled_are_announced(sphere, capsys, monkeypatch):
         ["laplacian", "a.vtp", "b.vtp", "--iterations", "-1"],
         ["laplacian", "a.vtp", "b.vtp", "--iterations", "2.5"],
         ["laplacian", "a.vtp", "b.vtp", "--iterations", "off"],
-        ["laplacian", "a.vtp", "b.vtp", "--relaxation", "nan"],
+        ["laplacian", "a.vtp", "b.vtp", "--relaxation-factor", "nan"],
         ["laplacian", "a.vtp", "b.vtp", "--scheme", "magic"],
         ["laplacian", "a.vtp", "b.vtp", "--iter", "3"],
         ["laplacian", "a.vtp", "b.vtp", "--stop-normal-deviation", "200"],
@@ -201,8 +201,8 @@ def test_wrong_usage_is_one_line_and_2(arguments, capsys):
 
 
 def test_out_of_range_names_parameter_and_range(capsys):
-    assert main(["laplacian", "a.vtp", "b.vtp", "--relaxation", "3"]) == 2
-    assert "relaxation must be from 0 to 1" in capsys.readouterr().err
+    assert main(["laplacian", "a.vtp", "b.vtp", "--relaxation-factor", "3"]) == 2
+    assert "relaxation_factor must be from 0 to 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -31,11 +31,11 @@ class BackToSurfaceSmoothing(SmoothingFilter):
 
     command = "back-to-surface"
 
-    relaxation = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
+    relaxation_factor = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
     gate = SmoothingFilter.gate.with_default("angle")
     tangent_plane = True
     back_to_surface = True
 
     def make_scheme(self) -> Scheme:
         """Return the umbrella scheme."""
-        return Umbrella(self.relaxation)
+        return Umbrella(self.relaxation_factor)

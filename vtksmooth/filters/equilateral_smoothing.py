@@ -44,7 +44,7 @@ class EquilateralSmoothing(SmoothingFilter):
     command = "equilateral"
 
     iterations = Parameter(50, "Most iterations to do.", low=0)
-    relaxation = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
+    relaxation_factor = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
     gate = SmoothingFilter.gate.with_default("floor")
     boundary = SmoothingFilter.boundary.with_default("sliding")
     features = SmoothingFilter.features.with_default("slide")
@@ -54,4 +54,4 @@ class EquilateralSmoothing(SmoothingFilter):
 
     def make_scheme(self) -> Scheme:
         """Return the equilateral scheme."""
-        return Equilateral(self.relaxation)
+        return Equilateral(self.relaxation_factor)

@@ -82,10 +82,13 @@ class LaplacianSmoothing(SmoothingFilter):
     flow_weight = Parameter(
         3.0, "How much more neighbours along the flow weigh; 0 is as much as all others.", low=0.0
     )
-    relaxation = Parameter(
+    relaxation_factor = Parameter(
         0.5, "Part of the proposed step that is taken (thin-plate diverges above 0.55).", low=0.0, high=1.0
     )
-    pass_band = Parameter(0.1, "Taubin's k_PB = 1/lambda + 1/mu; lower keeps more.", low=0.001, high=0.9)
+    pass_band = Parameter(
+        0.1, "Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more.",
+        low=0.001, high=0.9,
+    )  # fmt: skip
     tangent_plane = Parameter(False, "Move vertices only across the surface, not off it.")
     back_to_surface = Parameter(False, "Put every vertex back on the original surface.")
 
@@ -113,11 +116,11 @@ class LaplacianSmoothing(SmoothingFilter):
             factors = taubin if self.scheme == "taubin" else (self.relaxation,)
             return Directional(weights, factors, thin_plate=self.scheme == "thin-plate")
         if self.scheme == "taubin":
-            return Taubin(self.relaxation, self.pass_band)
+            return Taubin(self.relaxation_factor, self.pass_band)
         schemes: dict[str, Callable[[float], Scheme]] = {
             "umbrella": Umbrella,
             "scale-dependent": ScaleDependent,
             "cotangent": Cotangent,
             "thin-plate": ThinPlate,
         }
-        return schemes[self.scheme](self.relaxation)
+        return schemes[self.scheme](self.relaxation_factor)

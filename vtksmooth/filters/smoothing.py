@@ -195,7 +195,9 @@ class SmoothingFilter(Filter):
             progress=self.progress,
         )
         if not np.isfinite(points).all() and np.isfinite(surface.mesh.points).all():
-            raise VtksmoothError("The scheme diverged: points left the finite numbers; lower the relaxation.")
+            raise VtksmoothError(
+                "The scheme diverged: points left the finite numbers; lower the relaxation factor."
+            )
         rounded = self._in_output_precision(points, points_of(source).dtype)
         if report.volume is not None:
             report = replace(
