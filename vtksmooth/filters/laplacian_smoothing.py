@@ -104,16 +104,16 @@ class LaplacianSmoothing(SmoothingFilter):
         kind = self.scheme if self.scheme in KINDS else self.weights
         weights = Weights(kind, self._vectors, self.flow_weight)
         if self.scheme == "pairwise":
-            return Pairwise(self.relaxation, weights)
+            return Pairwise(self.relaxation_factor, weights)
         if self.scheme in _FACE_CENTRES:
             if weights.directional:
                 raise ParameterError(
                     f"The scheme {self.scheme} has no weights for a flow; choose umbrella, say, or pairwise."
                 )
-            return _FACE_CENTRES[self.scheme](self.relaxation)
+            return _FACE_CENTRES[self.scheme](self.relaxation_factor)
         if (self.scheme not in KINDS and kind != "umbrella") or weights.directional:
-            taubin = Taubin(self.relaxation, self.pass_band).factors
-            factors = taubin if self.scheme == "taubin" else (self.relaxation,)
+            taubin = Taubin(self.relaxation_factor, self.pass_band).factors
+            factors = taubin if self.scheme == "taubin" else (self.relaxation_factor,)
             return Directional(weights, factors, thin_plate=self.scheme == "thin-plate")
         if self.scheme == "taubin":
             return Taubin(self.relaxation_factor, self.pass_band)
