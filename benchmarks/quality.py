@@ -63,7 +63,7 @@ CONSTRAINTS = {**KEEPING_FEATURES, "gate": "floor"}
 _FULL_STEPS = ("umbrella", "scale-dependent", "cotangent", "area-weighted", "angle-weighted", "odt")
 SCHEMES: dict[str, tuple[str, dict[str, Any]]] = {
     **{
-        name: ("LaplacianSmoothing", {"scheme": name, "relaxation": 1.0, "tangent_plane": True})
+        name: ("LaplacianSmoothing", {"scheme": name, "relaxation_factor": 1.0, "tangent_plane": True})
         for name in _FULL_STEPS
     },
     **{
