@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import sys
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
@@ -279,6 +280,22 @@ def test_cameras_see_all_faces_and_no_loose_points():
     assert camera.width == pytest.approx(1.04 * 1.0, rel=0.02)
     flat = pictures.camera_of(grid())
     assert min(flat.width, flat.height) > 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="POSIX processes")
+def test_drawing_ends_with_the_process_that_wants_it():
+    child = (
+        "import time; from vtksmooth.pages import pictures as p; p._end_with_parent(); print(1, flush=True)"
+    )
+    parent = (
+        "import os, subprocess, sys\n"
+        f"p = subprocess.Popen([sys.executable, '-c', {child + '; time.sleep(100)'!r}], stdout=subprocess.PIPE)\n"
+        "p.stdout.readline()\n"
+        "os._exit(0)\n"
+    )
+    # The child keeps stderr open as long as it lives.
+    done = subprocess.run([sys.executable, "-c", parent], stderr=subprocess.PIPE, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 # ------------------------------------------------------------------------------------ command line

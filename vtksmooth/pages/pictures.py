@@ -12,6 +12,8 @@ import os
 import struct
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import IO, Any
@@ -109,7 +111,7 @@ def draw(pictures: Sequence[Picture]) -> list[bytes]:
         # VTK looks for an X server first and complains when there is none.
         environment.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     done = subprocess.run(
-        [sys.executable, "-P", "-m", __name__],
+        [sys.executable, "-P", "-m", __name__, str(os.getpid())],
         input=_packed(pictures), env=environment, capture_output=True, check=False,
     )  # fmt: skip
     if done.returncode < 0:
@@ -145,6 +147,17 @@ def _unpacked(stream: IO[bytes]) -> Any:
 
 
 # -- in the other process --------------------------------------------------------------------------
+
+
+def _end_with(parent: int) -> None:
+    """End this process when the one that wants the pictures has ended, however it did."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.2)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _draw_all(source: IO[bytes], target: IO[bytes]) -> None:
@@ -186,4 +199,6 @@ def _render(mesh: Any, camera: Camera, size: int) -> bytes:
 
 
 if __name__ == "__main__":
+    if sys.platform != "win32":  # where a launcher may stand between the two
+        _end_with(int(sys.argv[1]))
     _draw_all(sys.stdin.buffer, sys.stdout.buffer)
