@@ -205,8 +205,9 @@ def test_empty_spaces():
 
 def test_units_that_do_not_match():
     sim, space = meshes.cube(1), meshes.cube(3)
-    check_sizes(sim, space)
-    check_sizes(meshes.cube(4), space)
+    assert check_sizes(sim, space) == check_sizes(meshes.cube(4), space) == []
+    (note,) = check_sizes(sim.with_points(1e-3 * sim.points + 1), space)
+    assert "far smaller" in note
     far = sim.with_points(sim.points + 1000.0)
     with pytest.raises(InvalidMeshError, match=r"1 x 1 x 1, from \(1000, .*3 x 3 x 3, .* apart"):
         check_sizes(far, space)

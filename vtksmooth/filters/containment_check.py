@@ -75,8 +75,7 @@ class ContainmentCheck(Filter):
         mesh = surface_of(source).mesh
         triangles, _ = triangulate(mesh)
         space = SignedDistance(installation)
-        check_sizes(mesh, space.mesh)
-        self.notes = space.notes
+        self.notes = [*space.notes, *check_sizes(mesh, space.mesh)]
         tolerance = touching_distance(self.tolerance_fraction, space.mesh, source, installation)
         distances = np.full(mesh.n_points, np.nan)
         finite = np.isfinite(mesh.points).all(axis=1)

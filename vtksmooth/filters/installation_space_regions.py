@@ -68,8 +68,7 @@ class InstallationSpaceRegions(Filter):
         self.progress(0.0, "measuring distances")
         mesh = surface_of(source).mesh
         space = SignedDistance(installation)
-        check_sizes(mesh, space.mesh)
-        self.notes = space.notes
+        self.notes = [*space.notes, *check_sizes(mesh, space.mesh)]
         contact = touching_distance(self.contact_fraction, space.mesh, source, installation)
         used = np.unique(mesh.connectivity)
         fixed = np.zeros(mesh.n_points, np.uint8)

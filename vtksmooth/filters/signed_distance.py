@@ -18,8 +18,9 @@ from .arrays import points_of, surface_of, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
 
-#: A mesh that many times larger than the space it should fit in is in other units.
-_OTHER_UNITS = 10.0
+#: A mesh that many times larger than the space it should fit in is in other units; one that many times
+#: smaller may be.
+_OTHER_UNITS, _PERHAPS_OTHER_UNITS = 10.0, 100.0
 
 
 #: Points in one call of VTK's: a call for each would cost more than the distances, one for all could not
@@ -141,8 +142,13 @@ class SignedDistance:
         return result
 
 
-def check_sizes(sim: Mesh, space: Mesh) -> None:
+def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
     """Refuse two surfaces that cannot be inside each other: apart, or one far larger than its space.
+
+    Returns
+    -------
+    list of str
+        What looks wrong but may be right: a mesh far smaller than its space.
 
     Raises
     ------
@@ -158,11 +164,15 @@ def check_sizes(sim: Mesh, space: Mesh) -> None:
             f"The mesh ({sizes[0]}, from {_place(low)}) and the installation space ({sizes[1]}, from "
             f"{_place(space_low)}) are apart; check units and positions."
         )
-    if np.linalg.norm(high - low) > _OTHER_UNITS * np.linalg.norm(space_high - space_low):
+    size, space_size = np.linalg.norm(high - low), np.linalg.norm(space_high - space_low)
+    if size > _OTHER_UNITS * space_size:
         raise InvalidMeshError(
             f"The mesh ({sizes[0]}) is far larger than the installation space ({sizes[1]}) it should fit in; "
             "check their units."
         )
+    if size * _PERHAPS_OTHER_UNITS < space_size:
+        return [f"The mesh ({sizes[0]}) is far smaller than the installation space ({sizes[1]}); same units?"]
+    return []
 
 
 def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
