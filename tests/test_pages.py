@@ -284,15 +284,13 @@ def test_cameras_see_all_faces_and_no_loose_points():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX processes")
 def test_drawing_ends_with_the_process_that_wants_it():
-    child = (
-        "import time; from vtksmooth.pages import pictures as p; p._end_with_parent(); print(1, flush=True)"
-    )
-    parent = (
-        "import os, subprocess, sys\n"
-        f"p = subprocess.Popen([sys.executable, '-c', {child + '; time.sleep(100)'!r}], stdout=subprocess.PIPE)\n"
-        "p.stdout.readline()\n"
-        "os._exit(0)\n"
-    )
+    child = "import os, time; from vtksmooth.pages import pictures; pictures._end_with(os.getppid()); "
+    child += "print(1, flush=True); time.sleep(100)"
+    parent = f"""
+import os, subprocess, sys
+subprocess.Popen([sys.executable, "-c", {child!r}], stdout=subprocess.PIPE).stdout.readline()
+os._exit(0)
+"""
     # The child keeps stderr open as long as it lives.
     done = subprocess.run([sys.executable, "-c", parent], stderr=subprocess.PIPE, timeout=60, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
