@@ -189,3 +189,60 @@ def _merged(points: Float64, faces: Int64) -> tuple[Float64, Int64]:
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return points[np.sort(first)], rank[inverse.ravel()][faces]
+
+
+def wedge(angle: float, n: int = 20, seed: int = 0) -> tuple[pv.PolyData, Int64]:
+    """Two squares that meet at `angle` degrees inside, with points thrown about in their planes.
+
+    Returns
+    -------
+    mesh : PolyData
+    labels : (points,) int64
+        0 smooth, 1 ridge, -1 on the boundary.
+    """
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(2 * n + 1.0), np.arange(n + 1.0), indexing="ij"))
+    boundary = (x == 0) | (x == 2 * n) | (y == 0) | (y == n)
+    ridge = (x == n) & ~boundary
+    push = np.random.default_rng(seed).uniform(-0.3, 0.3, (2, len(x)))
+    x = x + np.where(boundary | ridge, 0.0, push[0])
+    y = y + np.where(boundary, 0.0, push[1])
+    half = np.radians(angle) / 2.0
+    points = np.column_stack((np.abs(x - n) * -np.cos(half), y, (x - n) * np.sin(half)))
+    flat = np.column_stack((x, y, np.zeros(len(x))))
+    labels = np.where(boundary, -1, np.where(ridge, 1, 0))
+    return polydata(points, grid_triangles(flat, 2 * n, n)), labels
+
+
+def blocks(cells: Float64, n: int = 10, seed: int = 0) -> tuple[pv.PolyData, Int64]:
+    """Return the surface of unit cubes at whole `cells`, (c, 3), in steps of 1 / n; labels 0, 1, 2 (corner).
+
+    Points are thrown about in their planes and along their ridges.
+    """
+    size = (int(cells.max()) + 1) * n
+    solid = np.zeros((size + 2, size + 2, size + 2), bool)
+    for i, j, k in (cells * n).astype(int) + 1:
+        solid[i : i + n, j : j + n, k : k + n] = True
+    squares = []
+    for axis in range(3):
+        # Between a full cell and an empty one stands a square, turned outwards.
+        for side in (1, -1):
+            i, j, k = np.nonzero(solid & ~np.roll(solid, -side, axis))
+            corner = np.stack((i, j, k), -1)
+            corner[:, axis] += side == 1
+            u, v = np.eye(3, dtype=int)[(axis + 1) % 3], np.eye(3, dtype=int)[(axis + 2) % 3]
+            square = [corner, corner + u, corner + u + v, corner + v]
+            squares.append(np.stack(square if side == 1 else square[::-1], 1))
+    corners = np.concatenate(squares)
+    points, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = faces.reshape(-1, 4)
+    # How many of the axes the planes round a point are across.
+    across = np.zeros((len(points), 3), bool)
+    for axis in range(3):
+        across[faces[np.ptp(corners[:, :, axis], axis=1) == 0], axis] = True
+    labels = across.sum(axis=1) - 1
+    random = np.random.default_rng(seed)
+    moved = (points + np.where(across, 0.0, random.uniform(-0.3, 0.3, points.shape))) / n
+    split = random.random(len(faces)) < 0.5
+    first = np.where(split[:, None], faces[:, [0, 1, 2]], faces[:, [0, 1, 3]])
+    second = np.where(split[:, None], faces[:, [0, 2, 3]], faces[:, [1, 2, 3]])
+    return polydata(moved, np.concatenate((first, second))), labels

@@ -42,6 +42,9 @@ _SPARE = 1e-3
 #: signs. The share of the first eigenvalue below which a direction says nothing (Jiao, section 3.1).
 _CUSP = 0.003
 
+#: An edge is strong from this many ridge angles; weak edges need a strong one, or to be this many together.
+_STRONG, _LONG = 1.25, 10
+
 #: Ridge edges closer in direction than this (cosine) count as one, so that slivers make no corners.
 _SAME_WAY = 0.75
 
@@ -328,7 +331,9 @@ def _filter(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found, found_kind):  # type: ignore[no-untyped-def]
+def _collect_ridge_edges(  # type: ignore[no-untyped-def]
+    near, kind, angle, ridge_angle, classes, picked, found, found_kind, found_strong
+):
     # Step 5: an edge that one of its ends has identified, and both ends are features.
     k = 0
     for v in range(near.border.size):
@@ -347,6 +352,7 @@ def _collect_ridge_edges(near, kind, angle, ridge_angle, classes, picked, found,
                 found[k, 0] = v
                 found[k, 1] = w
                 found_kind[k] = kind[r]
+                found_strong[k] = _is_sharp(kind, angle, r, _STRONG * ridge_angle)
                 k += 1
     return k
 
@@ -446,11 +452,39 @@ def detect(
             picked, other_picked = other_picked, picked
     _complete_rings(classes, picked)
     found, kinds = np.empty((edges // 2, 2), np.int32), np.empty(edges // 2, np.uint8)
-    count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found, kinds)
-    found, kinds = found[:count].copy(), kinds[:count].copy()
+    strong = np.empty(edges // 2, np.bool_)
+    count = _collect_ridge_edges(near, kind, angle, phi_r, classes, picked, found, kinds, strong)
+    found, kinds, kept = found[:count], kinds[:count], np.empty(count, np.bool_)
+    parent = np.arange(n, dtype=np.int32)
+    _strong_or_long(found, strong, parent, np.zeros(n, np.int32), np.zeros(n, np.int32), kept)
+    found, kinds = found[kept], kinds[kept]
     alone = np.bincount(found.ravel(), minlength=n) == 0
     classes[alone & (classes == RIDGE) & (acute == 0)] = SMOOTH
+    _complete_rings(classes, picked)
     return Features(classes, picked, found, kinds, float(ridge_angle), float(corner_angle))
+
+
+@device
+def _root(parent, v):  # type: ignore[no-untyped-def]
+    while parent[v] != v:
+        parent[v] = parent[parent[v]]
+        v = parent[v]
+    return v
+
+
+@kernel
+def _strong_or_long(found, strong, parent, size, seeds, kept):  # type: ignore[no-untyped-def]
+    # Which edges hang together with a strong one, or with many: where a fillet's angles are about the
+    # threshold, dashes remain otherwise.
+    for e in range(found.shape[0]):
+        parent[_root(parent, found[e, 0])] = _root(parent, found[e, 1])
+    for e in range(found.shape[0]):
+        part = _root(parent, found[e, 0])
+        size[part] += 1
+        seeds[part] += strong[e]
+    for e in range(found.shape[0]):
+        part = _root(parent, found[e, 0])
+        kept[e] = size[part] >= _LONG or seeds[part] > 0
 
 
 @kernel
