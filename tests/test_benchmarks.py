@@ -29,6 +29,31 @@ def test_evidence_on_generated_shapes(program, tmp_path):
     assert "/" + tmp_path.name not in page
 
 
+def test_features_on_generated_shapes(program, tmp_path, monkeypatch):
+    features = program("features")
+    monkeypatch.setattr(features, "SEEDS", 1)
+    monkeypatch.setattr(features, "LEVELS", (0.0, 0.05))
+    features.make(tmp_path, data=None, size=8)
+    page = (tmp_path / "features.md").read_text(encoding="utf-8")
+    assert "| cube (from 90°) | 1.000 (1.00/1.00) |" in page
+    assert (tmp_path / "pictures" / "features_L block.png").exists()
+    assert "/" + tmp_path.name not in page
+
+
+def test_labels_of_generated_shapes(program):
+    shapes = program("shapes")
+    # Three points inside each unit of a ridge; the L's 22 units meet at four points that are no corners.
+    for cells, corners, ridges in (([[0, 0, 0]], 8, 36), ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], 12, 70)):
+        mesh, labels = shapes.blocks(np.array(cells, float), 4)
+        assert mesh.is_manifold
+        assert mesh.volume == pytest.approx(len(cells))
+        assert (labels == 2).sum() == corners
+        assert (labels == 1).sum() == ridges
+    mesh, labels = shapes.wedge(60.0, 6)
+    assert (labels == 1).sum() == 5
+    np.testing.assert_allclose(mesh.points[labels == 1][:, [0, 2]], 0.0, atol=1e-12)
+
+
 def test_variants_as_the_paper_has_it_agree_with_the_filter(program):
     # A regular mesh with one point displaced: no order of the sweep can matter.
     import pyvista as pv
