@@ -17,7 +17,10 @@ from .kernels.compiled import on_compile
 
 
 def _bump(size: int, kind: str) -> vtkPolyData:
-    """Return a bumpy grid of triangles, quads, or both in turn; one point of it is fixed."""
+    """Return a bumpy grid of triangles, quads, or both in turn; one point of it is fixed.
+
+    The last kind is closed by one large polygon: more corners than triangulation takes at once.
+    """
     mesh = vtkPolyData()
     points = vtkPoints()
     for j in range(size):
@@ -35,6 +38,11 @@ def _bump(size: int, kind: str) -> vtkPolyData:
                 for corner in face:
                     corners.InsertNextId(corner)
                 mesh.InsertNextCell(7, corners)
+    if kind == "mixed":
+        grid, corners = np.arange(size * size).reshape(size, size), vtkIdList()
+        for corner in np.concatenate((grid[:-1, 0], grid[-1, :-1], grid[:0:-1, -1], grid[0, :0:-1])):
+            corners.InsertNextId(int(corner))
+        mesh.InsertNextCell(7, corners)
     fixed = np.zeros(size * size, dtype=np.uint8)
     fixed[size + 1] = 1
     mesh.GetPointData().AddArray(vtk_array(fixed, FIXED))
