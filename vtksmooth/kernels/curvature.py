@@ -81,7 +81,7 @@ def mean_curvatures(mesh: Mesh, near: Adjacency) -> Float64:
 
 
 #: What a vertex may stand above its neighbours, as part of the noise's height, without being noise itself.
-_LEFT_OVER = 0.02
+_LEFT_OVER = 0.01
 
 
 def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) -> float:
@@ -89,11 +89,11 @@ def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) ->
 
     Noise is known by its height: sigma, the root mean square of how far the free vertices stand above
     the means of their one-rings (of a voxel surface: the stairs). On a sphere of radius r with edges of
-    length h that height is h^2 / (2 r). The radius returned is the one where it is 2 % of the noise's,
+    length h that height is h^2 / (2 r). The radius returned is the one where it is 1 % of the noise's,
 
-        r = h^2 / (2 * 0.02 sigma),
+        r = h^2 / (2 * 0.01 sigma),
 
-    h the mean edge length: the noise is removed until 2 % of it are left, and what is flatter stands still.
+    h the mean edge length: the noise is removed until 1 % of it are left, and what is flatter stands still.
     Infinite where there is no noise.
 
     Parameters

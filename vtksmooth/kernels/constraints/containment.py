@@ -92,6 +92,31 @@ def triangle_crosses(guard, points, p, q, r, stack):  # type: ignore[no-untyped-
     return crosses(points, p, q, r, guard.tree, guard.tolerance, stack)
 
 
+@device
+def star_crosses(guard, points, v, ring, first, last, stack):  # type: ignore[no-untyped-def]
+    """Return whether a triangle of v and two successive ones of ring[first:last], cyclic, crosses."""
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    longest = 0.0
+    for r in range(first, last):
+        k = ring[r]
+        dx = points[k, 0] - x
+        dy = points[k, 1] - y
+        dz = points[k, 2] - z
+        longest = max(longest, dx * dx + dy * dy + dz * dz)
+    # Nearly always the whole star lies in the ball round v that is certainly inside.
+    if bound_at(guard, v, x, y, z) + np.sqrt(longest) <= guard.tolerance:
+        return False
+    k = ring[last - 1]
+    for r in range(first, last):
+        before = k
+        k = ring[r]
+        if triangle_crosses(guard, points, v, before, k, stack):
+            return True
+    return False
+
+
 @kernel
 def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: ignore[no-untyped-def]
     stack = np.empty(STACK, np.int32)

@@ -12,7 +12,7 @@ from ...errors import InvalidMeshError
 from .. import adjacency, parallel
 from ..adjacency import Adjacency
 from ..compiled import kernel
-from ..constraints.containment import STACK, Containment, may_go, triangle_crosses
+from ..constraints.containment import STACK, Containment, may_go, star_crosses
 from ..constraints.containment import guard as guard_of
 from ..laplacian import Weights
 from ..mesh import Mesh
@@ -347,11 +347,9 @@ def _sweep(  # type: ignore[no-untyped-def]
                 for end in range(2):
                     v = edges[e, end]
                     if rows[v, 6] > 0.0:
-                        k = ring[offsets[v + 1] - 1]
-                        for r in range(offsets[v], offsets[v + 1]):
-                            before = k
-                            k = ring[r]
-                            good = good and not triangle_crosses(guard, rows, v, before, k, stack)
+                        good = good and not star_crosses(
+                            guard, rows, v, ring, offsets[v], offsets[v + 1], stack
+                        )
                 if not good:
                     for axis in range(3):
                         rows[i, axis] = old[0, axis]
