@@ -30,6 +30,8 @@ class Guard(NamedTuple):
         For each vertex a place and the signed distance there: the last one that was asked for.
     limit : (n,) float64
         Largest signed distance that each vertex may have.
+    slack : (n,) float64
+        How far each vertex may go from where it is now, at least.
     tolerance : float
     active : bool
         Whether there is a space at all.
@@ -41,6 +43,7 @@ class Guard(NamedTuple):
     normals: Any
     known: Float64
     limit: Float64
+    slack: Float64
     tolerance: float
     active: bool
     exact: bool
@@ -59,18 +62,27 @@ def bound_at(guard, v, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @device
-def may_go(guard, v, x, y, z, stack):  # type: ignore[no-untyped-def]
-    """Return whether vertex v may go to (x, y, z): 2 by what is known already, 1 by a query, 0 not."""
-    if bound_at(guard, v, x, y, z) <= guard.limit[v]:
+def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
+    """Return whether vertex v may go to (x, y, z): 2 by what is known already, 1 by a query, 0 not.
+
+    The slack is then that of the new place: whoever leaves the vertex where it was puts the old one back.
+    """
+    if step <= guard.slack[v]:
+        guard.slack[v] -= step
         return 2
-    distance = signed_distance(guard.tree, guard.normals, x, y, z, stack)
-    if not distance <= guard.limit[v]:
-        return 0
-    guard.known[v, 0] = x
-    guard.known[v, 1] = y
-    guard.known[v, 2] = z
-    guard.known[v, 3] = distance
-    return 1
+    answer = 2
+    bound = bound_at(guard, v, x, y, z)
+    if bound > guard.limit[v]:
+        answer = 1
+        bound = signed_distance(guard.tree, guard.normals, x, y, z, stack)
+        if not bound <= guard.limit[v]:
+            return 0
+        guard.known[v, 0] = x
+        guard.known[v, 1] = y
+        guard.known[v, 2] = z
+        guard.known[v, 3] = bound
+    guard.slack[v] = guard.limit[v] - bound
+    return answer
 
 
 @device
@@ -106,7 +118,7 @@ def star_crosses(guard, points, v, ring, first, last, stack):  # type: ignore[no
         dz = points[k, 2] - z
         longest = max(longest, dx * dx + dy * dy + dz * dz)
     # Nearly always the whole star lies in the ball round v that is certainly inside.
-    if bound_at(guard, v, x, y, z) + np.sqrt(longest) <= guard.tolerance:
+    if guard.limit[v] - guard.slack[v] + np.sqrt(longest) <= guard.tolerance:
         return False
     k = ring[last - 1]
     for r in range(first, last):
@@ -130,7 +142,9 @@ def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: 
             if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             checked += 1
-            answer = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], stack)
+            slack = guard.slack[v]
+            step = np.sqrt((proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2)
+            answer = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, stack)
             asked += answer < 2
             good = answer > 0
             if good and guard.exact:
@@ -144,6 +158,7 @@ def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: 
                 points[v, 1] = y
                 points[v, 2] = z
             if not good:
+                guard.slack[v] = slack
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
@@ -221,7 +236,8 @@ def guard(
     exact: bool = False,
 ) -> Guard:
     """Return the guard of a space."""
+    places, limits = np.asarray(known, np.float64), np.asarray(limit, np.float64)
     return Guard(
-        space.tree, space.normals, np.asarray(known, np.float64), np.asarray(limit, np.float64),
+        space.tree, space.normals, places, limits, np.maximum(0.0, limits - places[:, 3]),
         float(tolerance), active, exact,
     )  # fmt: skip

@@ -322,22 +322,28 @@ def _sweep(  # type: ignore[no-untyped-def]
                 change -= f[0, axis] * di + f[1, axis] * dj
             if not change < 0.0:
                 continue
-            for axis in range(3):
-                old[0, axis] = rows[i, axis]
-                old[1, axis] = rows[j, axis]
             good = True
-            for end in range(2):
-                v = edges[e, end]
-                if guard.active and good and rows[v, 6] > 0.0:
-                    checked += 1
-                    answer = may_go(
-                        guard, v, old[end, 0] + d[end, 0], old[end, 1] + d[end, 1], old[end, 2] + d[end, 2],
-                        stack,
-                    )  # fmt: skip
-                    asked += answer < 2
-                    good = answer > 0
-            if not good:
-                continue
+            if guard.active:
+                slack_i = guard.slack[i]
+                slack_j = guard.slack[j]
+                for end in range(2):
+                    v = edges[e, end]
+                    if good and rows[v, 6] > 0.0:
+                        checked += 1
+                        step = np.sqrt(d[end, 0] * d[end, 0] + d[end, 1] * d[end, 1] + d[end, 2] * d[end, 2])
+                        answer = may_go(
+                            guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2],
+                            step, stack,
+                        )  # fmt: skip
+                        asked += answer < 2
+                        good = answer > 0
+                if not good:
+                    guard.slack[i] = slack_i
+                    guard.slack[j] = slack_j
+                    continue
+                for axis in range(3):
+                    old[0, axis] = rows[i, axis]
+                    old[1, axis] = rows[j, axis]
             for end in range(2):
                 v = edges[e, end]
                 if rows[v, 6] > 0.0:
@@ -351,6 +357,8 @@ def _sweep(  # type: ignore[no-untyped-def]
                             guard, rows, v, ring, offsets[v], offsets[v + 1], stack
                         )
                 if not good:
+                    guard.slack[i] = slack_i
+                    guard.slack[j] = slack_j
                     for axis in range(3):
                         rows[i, axis] = old[0, axis]
                         rows[j, axis] = old[1, axis]

@@ -1,0 +1,223 @@
+"""The whole chain: contained, volume kept, clean parts untouched, and what is bad is said."""
+
+import json
+
+import meshes
+import numpy as np
+import pytest
+import pyvista as pv
+from schemes import SCHEMES
+
+from vtksmooth import (
+    ContainmentCheck,
+    InstallationSpaceSmoothing,
+    InvalidMeshError,
+    LaplacianSmoothing,
+    ParameterError,
+    samples,
+)
+from vtksmooth.cli import main
+from vtksmooth.filters.signed_distance import SignedDistance
+from vtksmooth.kernels import loop
+from vtksmooth.kernels.constraints.blend import Blend
+from vtksmooth.kernels.constraints.containment import Containment
+from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.schemes.pairwise import Pairwise
+from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.signed_distance import SignedDistanceTree
+
+
+@pytest.fixture(scope="module")
+def channel():
+    return samples.channel()
+
+
+def outside_and_crossing(mesh, space):
+    check = ContainmentCheck()
+    check(mesh, space)
+    return check.summary["vertices_outside"], check.summary["triangles_crossing"]
+
+
+def test_the_channel(channel):
+    sim, inst = channel
+    smoothing = InstallationSpaceSmoothing()
+    result = pv.wrap(smoothing(sim, inst))
+    report = smoothing.report
+    assert (report.outside, report.crossing) == ((0, 0), (0, 0))
+    assert outside_and_crossing(result, inst) == (0, 0)
+    assert result.is_all_triangles
+    assert result.n_points == sim.n_points
+    still = result["BlendWeight"] == 0
+    assert result.points[still].tobytes() == sim.points[still].tobytes()
+    assert 0 < report.blended < report.fixed == result["Fixed"].sum()
+    # Open: nothing is swept.
+    assert report.volume is None
+    assert abs(report.swept_volume) < 1e-12 * np.prod(np.ptp(sim.points, axis=0))
+    assert report.inverted[1] == 0
+    # The noise goes, away from where nothing may move.
+    inner = (result["Fixed"] == 0) & (sim.points[:, 0] > 1) & (sim.points[:, 0] < 45)
+    before, after = (np.sqrt(np.mean(samples.flow_distance(m.points)[inner] ** 2)) for m in (sim, result))
+    assert before > 0.4
+    assert after < 0.11
+
+
+def test_without_containment_it_would_poke_out(channel):
+    sim, inst = channel
+    loose = InstallationSpaceSmoothing(containment="none")
+    outside, crossing = outside_and_crossing(loose(sim, inst), inst)
+    assert loose.report.outside == (0, outside)
+    assert outside > 100
+    vertices = InstallationSpaceSmoothing(containment="vertices")
+    assert outside_and_crossing(vertices(sim, inst), inst)[0] == 0
+    assert 0 < vertices.report.crossing[1] < crossing
+    assert 0 < vertices.report.distances_asked < 0.2 * vertices.report.moves_checked
+
+
+def test_a_voxel_torus_in_a_box_keeps_its_volume_and_loses_its_noise():
+    sim = samples.voxel_torus(5.0, 12.0)
+    box = pv.Box(np.array(sim.bounds) + np.tile([-2, 2], 3)).triangulate()
+    smoothing = InstallationSpaceSmoothing()
+    result = pv.wrap(smoothing(sim, box))
+    before, after = smoothing.report.volume
+    assert abs(after - before) < 1e-13 * before
+    assert smoothing.report.volume_rounded == pytest.approx(before, rel=1e-6)
+    assert np.sqrt(np.mean(samples.torus_distance(result.points, 5.0, 12.0) ** 2)) <= 0.10
+
+
+def test_the_flow_s_size_and_sign_do_not_matter_and_it_may_be_on_cells(channel):
+    sim, inst = channel
+    sim = sim.copy()
+    sim["Turned"] = -1e-3 * sim["Flow"] * (1 + np.arange(sim.n_points) % 7)[:, None]
+    sim["Zero"] = np.zeros((sim.n_points, 3))
+    results = {
+        flow: pv.wrap(
+            InstallationSpaceSmoothing(iterations=2, flow=flow, containment="none")(sim, inst)
+        ).points
+        for flow in ("Flow", "Turned", "Zero", None)
+    }
+    np.testing.assert_allclose(results["Turned"], results["Flow"], atol=1e-9)
+    np.testing.assert_allclose(results["Zero"], results[None], atol=1e-12)
+    assert np.abs(results["Flow"] - results[None]).max() > 1e-2
+    sim.cell_data["OnCells"] = np.tile([1.0, 0.0, 0.0], (sim.n_cells, 1))
+    sim["OnPoints"] = np.tile([1.0, 0.0, 0.0], (sim.n_points, 1))
+    on_cells, on_points = (
+        pv.wrap(InstallationSpaceSmoothing(iterations=2, flow=name)(sim, inst)).points
+        for name in ("OnCells", "OnPoints")
+    )
+    np.testing.assert_allclose(on_cells, on_points, atol=1e-9)
+
+
+def test_bad_flows_are_said(channel):
+    sim, inst = channel
+    sim = sim.copy()
+    with pytest.raises(ParameterError, match=r"no array 'Wind'.*Flow"):
+        InstallationSpaceSmoothing(flow="Wind")(sim, inst)
+    sim["One"] = np.zeros(sim.n_points)
+    with pytest.raises(InvalidMeshError, match="vector for each"):
+        InstallationSpaceSmoothing(flow="One")(sim, inst)
+    sim["Flow"][3] = np.nan
+    with pytest.raises(InvalidMeshError, match="NaN"):
+        InstallationSpaceSmoothing(flow="Flow")(sim, inst)
+    sphere = pv.Sphere()
+    sphere["Wind"] = np.ones((sphere.n_points, 3))
+    with pytest.raises(ParameterError, match="no weights for a flow"):
+        LaplacianSmoothing(scheme="odt", flow="Wind")(sphere)
+
+
+def test_who_is_outside_at_the_start_does_not_get_worse(channel):
+    sim, _ = channel
+    # Much of the flow volume does not fit in this box.
+    box = pv.Box((20.0, 26.0, 8.0, 14.0, 4.0, 12.0)).triangulate().clean()
+    smoothing = InstallationSpaceSmoothing()
+    result = pv.wrap(smoothing(sim, box))
+    measure = SignedDistanceTree(SignedDistance(box).mesh)
+    before, after = measure(sim.points), measure(result.points)
+    tolerance = 1e-6 * box.length
+    assert smoothing.report.outside[0] == (before > tolerance).sum() > 100
+    assert (after <= np.maximum(before, tolerance) * (1 + 1e-12)).all()
+    assert smoothing.report.outside[1] <= smoothing.report.outside[0]
+    assert smoothing.report.crossing[1] <= smoothing.report.crossing[0]
+
+
+@pytest.mark.parametrize("name", [*SCHEMES, "pairwise"])
+@pytest.mark.parametrize("exact", [False, True])
+def test_every_scheme_stays_inside(name, exact):
+    mesh = meshes.voxels([cell for cell in np.ndindex(6, 6, 6) if sum(cell) < 12], triangles=True)
+    # The space leaves out a corner of the cube: concave edges.
+    space_mesh = meshes.voxels([c for c in np.ndindex(6, 6, 6) if max(c) < 6 and min(c) < 4], triangles=True)
+    space_mesh = space_mesh.with_points(
+        np.where(space_mesh.points > 5, space_mesh.points + 0.05, space_mesh.points)
+    )
+    space = SignedDistanceTree(space_mesh)
+    tolerance = 1e-6
+    start = space(mesh.points)
+    weights = np.where(np.arange(mesh.n_points) % 5, 1.0, 0.5)
+    scheme = Pairwise() if name == "pairwise" else SCHEMES[name]
+    constraints = [Blend(weights), CurvatureBound(100.0), Containment(space, tolerance, exact)]
+    points, report = loop.smooth(mesh, scheme, constraints, iterations=5)
+    assert report.moved > 20
+    assert (space(points) <= np.maximum(start, tolerance) + 1e-12).all()
+
+
+def test_blend_weights_and_the_curvature_bound_in_the_vertex_wise_schemes():
+    mesh = meshes.torus(20, 10, jitter=0.3)
+    free = loop.smooth(mesh, Umbrella(), iterations=1)[0] - mesh.points
+    weights = np.random.default_rng(0).choice([0.0, 0.25, 1.0], mesh.n_points)
+    part = loop.smooth(mesh, Umbrella(), [Blend(weights)], iterations=1)[0]
+    np.testing.assert_allclose(part - mesh.points, weights[:, None] * free, atol=1e-14)
+    assert part[weights == 0].tobytes() == mesh.points[weights == 0].tobytes()
+    # A sphere of radius 2 has the curvature 1/2 everywhere.
+    sphere = meshes.icosphere(2, radius=2.0)
+    for radius, moves in ((1.9, False), (2.1, True)):
+        points, report = loop.smooth(sphere, Umbrella(), [CurvatureBound(radius)], iterations=1)
+        assert (report.moved == sphere.n_points) is moves
+    bound = CurvatureBound(4.0, ramp=2.0)  # 1/2 is twice the bound: half way up the ramp
+    points, _ = loop.smooth(sphere, Umbrella(), [bound], iterations=1)
+    whole = loop.smooth(sphere, Umbrella(), iterations=1)[0] - sphere.points
+    np.testing.assert_allclose(points - sphere.points, 0.5 * whole, atol=1e-3)
+
+
+@pytest.mark.parametrize("weights", [[0.5], np.full(200, 1.5), np.full(200, np.nan)])
+def test_bad_blend_weights(weights):
+    with pytest.raises(ParameterError, match="Blend weights"):
+        loop.smooth(meshes.torus(20, 10), Umbrella(), [Blend(weights)], iterations=1)
+
+
+def test_bad_input(channel):
+    sim, inst = channel
+    with pytest.raises(InvalidMeshError, match="apart"):
+        InstallationSpaceSmoothing()(sim, inst.translate((1000.0, 0, 0)))
+    with pytest.raises(InvalidMeshError, match="installation space"):
+        InstallationSpaceSmoothing()(sim, pv.PolyData())
+    with pytest.raises(ParameterError, match="operations on edges"):
+        InstallationSpaceSmoothing(gate="aspect")(sim, inst)
+    turned = inst.flip_faces()
+    smoothing = InstallationSpaceSmoothing(iterations=3)
+    expected = pv.wrap(InstallationSpaceSmoothing(iterations=3)(sim, inst)).points
+    np.testing.assert_allclose(pv.wrap(smoothing(sim, turned)).points, expected, atol=1e-9)
+    assert "inside out" in " ".join(smoothing.report.notes)
+
+
+def test_the_command(channel, tmp_path, capsys):
+    sim, inst = channel
+    sim.save(tmp_path / "sim.vtp")
+    inst.save(tmp_path / "inst.vtp")
+    arguments = [str(tmp_path / name) for name in ("sim.vtp", "inst.vtp", "out.vtp")]
+    options = [
+        "--iterations",
+        "3",
+        "--flow",
+        "Flow",
+        "--flow-weight",
+        "2",
+        "--curvature-radius",
+        "50",
+        "--json",
+    ]
+    assert main(["installation-space", *arguments, *options]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["outside"] == figures["crossing"] == [0, 0]
+    assert figures["curvature_radius"] == 50
+    smoothing = InstallationSpaceSmoothing(iterations=3, flow="Flow", flow_weight=2.0, curvature_radius=50.0)
+    expected = pv.wrap(smoothing(pv.read(arguments[0]), inst))
+    np.testing.assert_array_equal(pv.read(arguments[2]).points, expected.points)
