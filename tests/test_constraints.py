@@ -62,13 +62,19 @@ def bumpy(request):
 
 BOUND = 0.05
 
+GATES = ["none", "angle", "aspect", "floor"]
 
-@pytest.mark.parametrize("gate", ["none", "angle", "aspect", "floor"])
+
+@pytest.mark.parametrize("gate", GATES)
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_with_every_constraint(bumpy, name, gate):
     mesh = bumpy.mesh
     assert (bumpy.k < 0).any(), "the test wants something to gate"
+    first = (list(SCHEMES).index(name) + GATES.index(gate)) % 2
     for sliding, to_surface, bounded, some_fixed in product((False, True), repeat=4):
+        # Half of all combinations; any three of these settings still meet.
+        if (sliding + to_surface + bounded + some_fixed) % 2 != first:
+            continue
         constraints = [Boundary(sliding)]
         constraints += [BackToSurface()] * to_surface
         constraints += [DeviationBound(BOUND)] * bounded
@@ -296,7 +302,7 @@ def block(request):
 @pytest.mark.parametrize("name", SCHEMES)
 def test_every_scheme_with_features(block, name, sliding):
     mesh, start = block.mesh, block.mesh.points
-    for gate, fixed in product(([], [Gate("aspect")], [Gate("floor")]), (None, block.sides == 1)):
+    for gate, fixed in product(([], [Gate("floor")]), (None, block.sides == 1)):
         constraints = [TangentPlane(), FeatureLines(sliding), *gate]
         points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=4, fixed=fixed)
         # Flat faces stay flat, straight ridges straight.
@@ -352,15 +358,13 @@ def sharp_edges(mesh, angle):
 @pytest.mark.parametrize("name", SCHEMES)
 def test_creases_stay_sharp_whatever_is_proposed(kind, name):
     mesh = meshes.torus(18, 10, kind, jitter=0.25, seed=3)
-    for angle in (25.0, 40.0):
-        before = sharp_edges(mesh, angle)
-        assert before
-        creases = Creases(angle)
-        for constraints in ([creases], [creases, Gate("floor")], [BackToSurface(), creases, Gate("floor")]):
-            points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=4)
-            after = reference.dihedral_angles(mesh.with_points(points))
-            assert all(abs(after[edge]) >= angle - 1e-9 for edge in before)
-            assert report.moved > 0
+    before = sharp_edges(mesh, 30.0)
+    assert before
+    for constraints in ([Creases(30.0)], [BackToSurface(), Creases(30.0), Gate("floor")]):
+        points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=4)
+        after = reference.dihedral_angles(mesh.with_points(points))
+        assert all(abs(after[edge]) >= 30.0 - 1e-9 for edge in before)
+        assert report.moved > 0
 
 
 def test_without_the_constraint_creases_would_flatten():
