@@ -244,10 +244,23 @@ def test_progress_rises_from_0_to_1(gate, small_blocks):
     fractions = [fraction for fraction, _ in said]
     assert fractions == sorted(fractions)
     assert (fractions[0], fractions[-1]) == (0.0, 1.0)
-    assert len([what for _, what in said if what.startswith("iteration ")]) == 4
+    assert sorted({what for _, what in said if what.startswith("iteration ")}) == [
+        f"iteration {i} of 4" for i in (1, 2, 3, 4)
+    ]
     assert all(isinstance(what, str) and what for _, what in said)
     if gate != "none":
         assert len(set(fractions)) > 10, "also within an iteration"
+
+
+@pytest.mark.parametrize("gate", GATES)
+def test_who_watches_is_told_the_measures_and_gets_the_same_result(gate):
+    said = []
+    mesh = meshes.torus(40, 20, jitter=0.3)
+    tell = lambda *what: said.append(what[1])  # noqa: E731
+    watched, report = loop.smooth(mesh, Umbrella(), GATES[gate], iterations=4, progress=tell, watched=True)
+    assert np.array_equal(watched, loop.smooth(mesh, Umbrella(), GATES[gate], iterations=4)[0])
+    first = next(what for what in said if what.startswith("iteration 1"))
+    assert f"k mean {report.mean_aspect_ratio[0]:.3f}, min {report.min_aspect_ratio[0]:.3f}" in first
 
 
 @pytest.mark.parametrize("gate", GATES)

@@ -53,6 +53,12 @@ def rows(subject: Subject) -> list[Row]:
             ("inverted", lambda s: s["inverted"]),
         )
     ]
+    containment = subject.state.summaries.get(("containment", subject.space))
+    if containment:
+        found += [
+            Row("vertices outside the space", "", number(containment["vertices_outside"])),
+            Row("triangles crossing it", "", number(containment["triangles_crossing"])),
+        ]
     for bin, name in enumerate(_BIN_NAMES):
         share = [f"{s['aspect_ratio']['histogram'][bin]:.2f} %" if s else "" for s in (before, after)]
         found.append(Row(f"faces, {name}", *share))
@@ -68,12 +74,6 @@ def rows(subject: Subject) -> list[Row]:
             Row("dihedral angles, mean", "", f"{comparison['dihedral_change']['mean']:.4g}°"),
             Row("deviation, max", "", number(comparison["deviation"]["max"])),
             Row("of the diagonal", "", f"{100 * comparison['deviation']['max_relative']:.4g} %"),
-        ]
-    containment = subject.state.summaries.get(("containment", subject.space))
-    if containment:
-        found += [
-            Row("vertices outside the space", "", number(containment["vertices_outside"])),
-            Row("triangles crossing it", "", number(containment["triangles_crossing"])),
         ]
     return [row for row in found if row.before or row.after]
 

@@ -153,7 +153,7 @@ OVERLAYS: tuple[Overlay, ...] = (
     Overlay(
         "signed-distance", "Distance to the space", "SignedDistance", "containment",
         "Signed distance to the installation space, negative inside.",
-        "", "space", (-0.01, -0.002, 0.0), True, kind="diverging",
+        "", "space", (-0.01, -0.002, 1e-5), True, kind="diverging",
     ),
     Overlay(
         "mean-curvature", "Mean curvature", "Mean_Curvature", "curvature",

@@ -360,9 +360,6 @@ class MeshView(QWidget):
         box = bounds or renderer.ComputeVisiblePropBounds()
         if box[0] <= box[1]:
             renderer.ResetCamera(box)
-            aspect = 0.5 * self._width() / max(1, self._height())
-            if self.mode == SPLIT and aspect < 1.0 and not self.camera.GetParallelProjection():
-                self.camera.Dolly(aspect)
         self.render_soon()
 
     def look_from(self, direction: tuple[float, float, float], up: tuple[float, float, float]) -> None:

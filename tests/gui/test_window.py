@@ -150,6 +150,7 @@ def test_the_window_answers_while_a_filter_runs(user, big):
     user.window.action("apply").trigger()
     user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=200_000)
     assert "iteration" in user.window.filters.doing.text()
+    assert "k mean" in user.window.filters.doing.text()
     frames = user.window.view.frames
     user.window.action("view_pz").trigger()
     user.qtbot.waitUntil(lambda: user.window.view.frames > frames)

@@ -193,6 +193,7 @@ class SmoothingFilter(Filter):
             find_features=self._given_features(source) or self._find_features,
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
+            watched=bool(self.HasObserver("ProgressEvent")),
         )
         if not np.isfinite(points).all() and np.isfinite(surface.mesh.points).all():
             raise VtksmoothError(

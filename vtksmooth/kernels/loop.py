@@ -46,6 +46,10 @@ FindFeatures = Callable[[Mesh, adjacency.Adjacency], features.Features] | featur
 _SCATTERED = 10_000
 
 
+#: Least time between two measurements for somebody who watches, seconds.
+_MEASURE_EVERY = 1.0
+
+
 @dataclass(frozen=True)
 class StopRules:
     """When to stop before all iterations are done. A rule that is None does not act.
@@ -111,6 +115,7 @@ def smooth(
     find_features: FindFeatures = features.detect,
     stop: StopRules = StopRules(),
     progress: Progress = _ignore,
+    watched: bool = False,
 ) -> tuple[Float64, RunReport]:
     """Smooth `mesh` and return its new points.
 
@@ -135,6 +140,8 @@ def smooth(
     stop : StopRules
     progress : callable
         ``progress(fraction, what)``, called many times per second; may raise to cancel.
+    watched : bool
+        Whether somebody reads what `progress` is told: then it has the measures so far, each second anew.
 
     Returns
     -------
@@ -159,7 +166,8 @@ def smooth(
         report.stop_reason = "nothing-to-do"
         iterations = 0
     for iteration in range(iterations):
-        progress(iteration / iterations, f"iteration {iteration + 1} of {iterations}")
+        run.doing = f"iteration {iteration + 1} of {iterations}{run.so_far() if watched else ''}"
+        progress(iteration / iterations, run.doing)
         reason = run.iterate(iteration / iterations, 1.0 / iterations)
         if reason in ("", "gain"):
             report.iterations = iteration + 1
@@ -218,6 +226,8 @@ class _Run:
                         "scheme that moves one vertex at a time."
                     )
         self.report = RunReport()
+        self.doing = self.measures = ""
+        self.measured = 0.0
         self.order: npt.NDArray[np.int32] | None = None
         self._edges: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
@@ -325,6 +335,14 @@ class _Run:
             return self.scheme.prepare_sweep(self.state, k)
         return None
 
+    def so_far(self) -> str:
+        """Return the measures of the mesh as it is, or was a moment ago."""
+        if time.perf_counter() - self.measured >= _MEASURE_EVERY:
+            k = quality.aspect_ratios(self.state.mesh, self.state.reference)
+            self.measures = f": k mean {k.mean():.3f}, min {k.min():.3f}, {int((k < 0).sum())} inverted"
+            self.measured = time.perf_counter()
+        return self.measures
+
     # -- passes ------------------------------------------------------------------------------------
 
     def iterate(self, done: float, share: float) -> str:
@@ -372,7 +390,7 @@ class _Run:
             for starts, ends in colours:
                 self._propose_and_dispose(turn, starts, ends)
                 yield sum(parallel.run(_carry_out, starts, ends, self.state.pinned, self.proposed, points))
-            self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
+            self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _fused(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, TrapeziumDrawing)
@@ -380,7 +398,7 @@ class _Run:
         worst = next(c.worst for c in self.constraints if isinstance(c, Gate))
         for number, (blocks, _) in enumerate(self.classes):
             yield self.scheme.sweep(self.state, self.fused, MARGIN, worst, *blocks)
-            self.progress(done + share * (number + 1) / len(self.classes), "smoothing")
+            self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _operations(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, EdgeScheme)
@@ -391,7 +409,7 @@ class _Run:
         space = next((c for c in self.constraints if isinstance(c, Containment)), None)
         for part, operations in self.scheme.sweep(self.state, damping, space):
             yield operations
-            self.progress(done + share * part, "smoothing")
+            self.progress(done + share * part, self.doing)
 
     # -- stop rules --------------------------------------------------------------------------------
 
