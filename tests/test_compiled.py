@@ -75,3 +75,12 @@ def test_an_installation_that_cannot_be_written_uses_the_users_cache(copy: Path,
     assert run(copy, **names) == "3 9.0 1"
     assert run(copy, **names) == "3 9.0 0"
     assert list((home / "vtksmooth").glob("kernels.loop-*"))
+
+
+def test_an_import_compiles_nothing(tmp_path: Path) -> None:
+    """Whoever imports need not wait, and is not told to."""
+    subprocess.run(
+        [sys.executable, "-c", "import vtksmooth.paraview.proxies"],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, check=True,
+    )  # fmt: skip
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []

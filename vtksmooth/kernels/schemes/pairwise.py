@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from ...errors import InvalidMeshError
 from .. import adjacency, parallel
 from ..adjacency import Adjacency
 from ..compiled import kernel
-from ..constraints.containment import STACK, Containment, may_go, star_crosses
+from ..constraints.containment import STACK, Containment, Guard, may_go, star_crosses
 from ..constraints.containment import guard as guard_of
 from ..laplacian import Weights
 from ..mesh import Mesh
@@ -464,7 +465,7 @@ class Pairwise(EdgeScheme):
             _fill, *everything,
             state.points, self.laplacian, state.near.border, damping, self.relaxation, self.rows,
         )  # fmt: skip
-        guard = _EVERYWHERE if space is None else space.guard
+        guard = _everywhere() if space is None else space.guard
         for number, (starts, ends) in enumerate(edges.blocks):
             results = parallel.run(
                 _sweep, starts, ends,
@@ -479,5 +480,7 @@ class Pairwise(EdgeScheme):
             yield (number + 1) / len(edges.blocks), sum(moved for moved, _, _ in results)
 
 
-#: Stands for no containment: a guard that is never asked.
-_EVERYWHERE = guard_of(SignedDistanceTree(Mesh.from_faces(np.eye(3), [[0, 1, 2]])), active=False)
+@functools.cache
+def _everywhere() -> Guard:
+    """Return what stands for no containment, a guard that is never asked."""
+    return guard_of(SignedDistanceTree(Mesh.from_faces(np.eye(3), [[0, 1, 2]])), active=False)
