@@ -54,6 +54,14 @@ def test_labels_of_generated_shapes(program):
     np.testing.assert_allclose(mesh.points[labels == 1][:, [0, 2]], 0.0, atol=1e-12)
 
 
+def test_page_on_installation_spaces(program, tmp_path):
+    program("installation_space").make(tmp_path, quick=True)
+    page = (tmp_path / "installation_space.md").read_text(encoding="utf-8")
+    (channel,) = [line.split("|") for line in page.splitlines() if "containment vertices" in line]
+    assert channel[3].strip() == "0"
+    assert "frog, tissue 1" in page
+
+
 def test_variants_as_the_paper_has_it_agree_with_the_filter(program):
     # A regular mesh with one point displaced: no order of the sweep can matter.
     import pyvista as pv

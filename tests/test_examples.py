@@ -31,7 +31,7 @@ def drawing(tmp_path_factory):
 
 def test_every_example_is_tested():
     numbers = [path.name[:2] for path in sorted((ROOT / "examples").glob("*.py"))]
-    assert numbers == ["01", "02", "03"]
+    assert numbers == ["01", "02", "03", "05"]
 
 
 def test_vtk_pipeline(tmp_path):
@@ -70,6 +70,12 @@ def test_batch_of_a_folder_of_ones_own(tmp_path):
     assert done.returncode == 1
     assert (tmp_path / "smooth" / "b.vtp").exists()
     assert "notes.txt" not in done.stdout
+
+
+def test_installation_space(tmp_path):
+    done = run(tmp_path, ROOT / "examples" / "05_installation_space.py")
+    assert done.returncode == 0, done.stderr
+    assert "outside 0 -> 0 points, crossing 0 -> 0 triangles" in done.stdout
 
 
 def snippets(language):
