@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vtksmooth.errors import ParameterError
-from vtksmooth.kernels import adjacency, features
+from vtksmooth.kernels import adjacency, features, parallel
 from vtksmooth.kernels.features import CORNER, RIDGE, SMOOTH
 from vtksmooth.kernels.mesh import Mesh
 
@@ -141,3 +141,57 @@ def test_single_triangle():
     found = detect(Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     assert (found.classes == CORNER).all()
     assert len(features.polylines(found)) == 3
+
+
+def needle(height):
+    """A pyramid over a small square: its tip is as acute as `height` is large."""
+    points = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, height]]
+    return Mesh.from_faces(points, [[3, 2, 1, 0], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+@pytest.mark.parametrize("height", [2.0, 20.0, 2000.0])
+def test_needle_has_five_corners(height):
+    found = detect(needle(height))
+    assert (found.classes == CORNER).all()
+    assert len(found.ridge_edges) == 8
+
+
+def test_flat_two_sided_disc_has_cusps_on_its_rim():
+    disc = meshes.fan(12)
+    lower = [face[::-1] for face in meshes.lists(disc)]
+    lower = [[13 if p == 0 else p for p in face] for face in lower]
+    points = np.vstack([disc.points, disc.points[:1]])
+    found = detect(Mesh.from_faces(points, [*meshes.lists(disc), *lower]))
+    assert (found.classes[1:13] == features.CUSP).all()
+    assert (found.classes[[0, 13]] == SMOOTH).all()
+
+
+def test_sizes_of_faces_do_not_matter_to_a_ridge():
+    mesh, on_ridge = roof(60)
+    inner = on_ridge & (adjacency.build(mesh).border == adjacency.INTERIOR)
+    stretched = mesh.points.copy()
+    stretched[stretched[:, 0] < 6, 0] = 6 + 1000 * (stretched[stretched[:, 0] < 6, 0] - 6)
+    assert (detect(mesh.with_points(stretched)).classes[inner] == RIDGE).all()
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_and_numbering_do_not_matter(threads, request):
+    mesh = meshes.torus(60, 24, jitter=0.3)
+    expected = detect(mesh)
+    request.addfinalizer(lambda: parallel.set_number_of_threads(0))
+    parallel.set_number_of_threads(threads)
+    again = detect(mesh)
+    np.testing.assert_array_equal(again.classes, expected.classes)
+    np.testing.assert_array_equal(again.ridge_edges, expected.ridge_edges)
+    order = np.random.default_rng(0).permutation(mesh.n_points).astype(np.int32)
+    other, _ = adjacency.renumbered(mesh, order)
+    assert (detect(other).classes == expected.classes[order]).mean() > 0.99
+
+
+@pytest.mark.parametrize(("level", "bound"), [(0.05, 0.97), (0.1, 0.93), (0.2, 0.9)])
+def test_noise_on_a_cube(level, bound):
+    clean = meshes.cube(12, triangles=True)
+    push = np.random.default_rng(0).normal(0.0, level, clean.points.shape)
+    found = detect(clean.with_points(clean.points + push)).classes > 0
+    there = on_cube(clean, 12) > 0
+    assert 2 * (found & there).sum() / (found.sum() + there.sum()) >= bound

@@ -128,7 +128,7 @@ def _is_flat(near, normals, v, cosine):  # type: ignore[no-untyped-def]
     for row in range(first, last):
         f = near.corner_face[near.corners[row]]
         along = x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2]
-        if along < limit and normals[f, 3] > 0.0:
+        if along <= limit and normals[f, 3] > 0.0:
             return False
     return True
 

@@ -20,8 +20,14 @@ Float64 = npt.NDArray[np.float64]
 #: Standard deviation of the weight's bell over the noise.
 _REACH = 6.0
 
+#: Weight of a face in its own mean, in the first pass; later it has none, for outliers would stay for ever.
+_ITSELF = 0.6
+
 #: Noise below this does not disturb feature detection, radians.
 _NO_NOISE = np.radians(0.5)
+
+#: Where even the flattest quarter of the edges turns by more, they are the shape of a coarse mesh, radians.
+_NOT_NOISE = np.radians(30.0)
 
 #: Vertices that the noise is measured at, at most, roughly.
 _SAMPLE = 50_000
@@ -67,11 +73,12 @@ def noise(near: Adjacency, normals: Float64) -> float:
     if quarter == 0.0:
         return 0.0
     at = int(np.searchsorted(below, quarter)) - 1
-    return float(np.pi / _BINS * (at + (quarter - below[at]) / bins[at]))
+    quartile = float(np.pi / _BINS * (at + (quarter - below[at]) / bins[at]))
+    return quartile if quartile <= _NOT_NOISE else 0.0
 
 
 @kernel
-def _filter_normals(starts, ends, near, reach, normals, filtered):  # type: ignore[no-untyped-def]
+def _filter_normals(starts, ends, near, reach, itself, normals, filtered):  # type: ignore[no-untyped-def]
     # (1 - x / 8)^8 for exp(-x) with x = |difference|^2 / (2 reach^2): no exponential, and an end.
     scale = 0.0625 / (reach * reach)
     for part in range(starts.size):
@@ -96,6 +103,8 @@ def _filter_normals(starts, ends, near, reach, normals, filtered):  # type: igno
                     w *= w
                     w *= w
                     w *= w * normals[g, 3]
+                    if g == f:
+                        w *= itself
                     sx += w * normals[g, 0]
                     sy += w * normals[g, 1]
                     sz += w * normals[g, 2]
@@ -122,12 +131,13 @@ def filter_normals(near: Adjacency, normals: Float64, passes: int = 4) -> Float6
     """
     result = normals
     spare = np.empty_like(normals)
-    for _ in range(passes):
+    for turn in range(passes):
         left = noise(near, result)
         if left < _NO_NOISE:
             break
+        itself = _ITSELF if turn == 0 else 0.0
         parallel.run(
-            _filter_normals, *parallel.ranges(len(normals)), near, _REACH * left, result, spare,
-        )  # fmt: skip
+            _filter_normals, *parallel.ranges(len(normals)), near, _REACH * left, itself, result, spare
+        )
         result, spare = spare, result if result is not normals else np.empty_like(normals)
     return result
