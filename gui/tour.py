@@ -96,13 +96,9 @@ def improve(tour: Tour, folder: Path) -> None:
     """Improve a marching-cubes surface."""
     tour.open(scan(folder))
     tour.turn(25, 0, 1.1)
-    tour.window.histogram.set_brush((0.0, 0.2))
-    tour.picture("opened")
-    tour.window.histogram.set_brush(None)
     tour.window.filters.choose(TrapeziumDrawing)
     tour.window.filters.set_values({"max_deviation_fraction": 0.002})
     tour.do("preview")
-    tour.picture("preview")
     tour.do("apply", "split", "frame")
     tour.picture("split")
     tour.do("split", "swipe", "overlay_normal_deviation", "bands")
@@ -114,9 +110,7 @@ def improve(tour: Tour, folder: Path) -> None:
     tour.picture("keys", tour.application._dialogs["cheat_sheet"])
     tour.do("cheat_sheet", "papers_bins", "overlay_deviation", "frame")
     tour.apply(LaplacianSmoothing, scheme="taubin", iterations=20)
-    tour.do("undo")
-    tour.picture("history")
-    tour.do("redo", "papers_bins", "close_layer")
+    tour.do("undo", "redo", "papers_bins", "close_layer")
 
 
 def contain(tour: Tour, folder: Path) -> None:
@@ -128,8 +122,6 @@ def contain(tour: Tour, folder: Path) -> None:
     tour.open(folder / "skin.vtp", folder / "space.vtp")
     tour.application.document.set_role(tour.document.layers[-1], Role.SPACE)
     tour.do("overlay_none", "frame")
-    tour.turn(0, 0, 1.3)
-    tour.picture("space")
     if cls is not None:
         tour.apply(cls)
         tour.do("overlay_signed_distance", "frame")

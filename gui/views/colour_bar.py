@@ -19,7 +19,7 @@ class ColourBar(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedWidth(132)
+        self.setFixedWidth(140)
         self.setMouseTracking(True)
         self.setToolTip("Drag a threshold, or double-click it to type a value")
         self._scale: Scale | None = None

@@ -40,7 +40,7 @@ class WorstList(QTableWidget):
             assert field is not None
             self.setItem(row, 0, QTableWidgetItem(f"{face}"))
             self.setItem(row, 1, QTableWidgetItem(f"{field.of_faces[face]:.4g}"))
-        self.setHorizontalHeaderLabels(["face", title])
+        self.setToolTip(f"The worst faces by: {title}")
         self.blockSignals(False)
 
     def go(self, steps: int) -> None:
