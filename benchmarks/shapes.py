@@ -182,6 +182,50 @@ def _octahedron(n: int) -> tuple[Float64, Int64]:
     return _merged(points, faces)
 
 
+def notched_sphere(n: int, noise: float = 0.25, seed: int = 0) -> pv.PolyData:
+    """Return a unit sphere without the octant where all coordinates are positive: Jiao, figure 4.
+
+    Parameters
+    ----------
+    n : int
+        Edges along each quarter of a circle and each straight ridge; the notch has six such ridges.
+    noise : float
+        Standard deviation of the displacement, in edges: points stay on the sphere, on the flat walls and on
+        the ridges that they are on.
+    """
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+    weights = np.column_stack((n - i, i - j, j))[j <= i]  # of the corners a, b, c of a patch
+    row = np.cumsum(np.arange(n + 2))
+    faces = [[row[k] + m, row[k + 1] + m, row[k + 1] + m + 1] for k in range(n) for m in range(k + 1)]
+    faces += [[row[k] + m, row[k + 1] + m + 1, row[k] + m + 1] for k in range(n) for m in range(k)]
+    patches: list[Int64] = []
+    triangles: list[Int64] = []
+    for signs in np.ndindex(2, 2, 2):
+        if any(signs):
+            patches.append(weights * (1 - 2 * np.array(signs)))
+            triangles.append(np.array(faces)[:, :: -1 if sum(signs) % 2 else 1])
+    for axis in range(3):  # the walls, from the middle outwards
+        wall = np.zeros_like(weights)
+        wall[:, (axis + 1) % 3], wall[:, (axis + 2) % 3] = weights[:, 1], weights[:, 2]
+        patches.append(wall)
+        triangles.append(np.array(faces))
+    of_patch = np.arange(len(patches))[:, None, None] * len(weights)
+    lattice, triangles_merged = _merged(
+        np.concatenate(patches).astype(float), (np.array(triangles) + of_patch).reshape(-1, 3)
+    )
+    # |x| + |y| + |z| is n on the sphere, less on the walls.
+    length, norm = np.abs(lattice).sum(axis=1), np.linalg.norm(lattice, axis=1)
+    points = lattice / np.where(norm > 0, norm, 1.0)[:, None] * (length / n)[:, None]
+    wall = (lattice >= 0).all(axis=1) & (lattice == 0).any(axis=1)
+    moves = np.random.default_rng(seed).normal(0.0, noise * np.pi / 2 / n, points.shape)
+    moves[wall[:, None] & (lattice == 0)] = 0.0  # in the planes and along the straight ridges
+    moves[wall & ((lattice == 0).sum(axis=1) >= 2) & ((length == n) | (length == 0))] = 0.0  # the corners
+    points += moves
+    on_sphere = length == n
+    points[on_sphere] /= np.linalg.norm(points[on_sphere], axis=1)[:, None]
+    return polydata(points, triangles_merged)
+
+
 def _merged(points: Float64, faces: Int64) -> tuple[Float64, Int64]:
     # Whole numbers: equal points are exactly equal. The order of first appearance is kept.
     _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)

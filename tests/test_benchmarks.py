@@ -62,6 +62,24 @@ def test_page_on_installation_spaces(program, tmp_path):
     assert "frog, tissue 1" in page
 
 
+def test_volume_on_the_generated_shape(program, tmp_path):
+    program("volume").make(tmp_path, data=None, quick=True)
+    page = (tmp_path / "volume.md").read_text(encoding="utf-8")
+    assert "null space alone" in page
+    assert (tmp_path / "pictures" / "volume_orders.png").stat().st_size > 5000
+
+
+def test_the_notched_sphere_lies_on_its_shape(program):
+    sphere = program("shapes").notched_sphere(6, noise=0.2)
+    assert sphere.is_manifold
+    assert sphere.n_open_edges == 0
+    exact = 7 / 8 * 4 / 3 * np.pi
+    assert 0.9 * exact < sphere.volume < exact
+    length = np.linalg.norm(sphere.points, axis=1)
+    on_wall = (np.abs(sphere.points) < 1e-12).any(axis=1) & (sphere.points > -1e-12).all(axis=1)
+    assert ((np.abs(length - 1) < 1e-12) | on_wall).all()
+
+
 def test_variants_as_the_paper_has_it_agree_with_the_filter(program):
     # A regular mesh with one point displaced: no order of the sweep can matter.
     import pyvista as pv

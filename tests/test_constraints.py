@@ -20,6 +20,8 @@ from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
 from vtksmooth.kernels.constraints.features import FeatureLines
 from vtksmooth.kernels.constraints.fixed import Fixed
 from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.constraints.null_space import NullSpace
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.equilateral import Equilateral
@@ -71,20 +73,21 @@ def test_every_scheme_with_every_constraint(bumpy, name, gate):
     mesh = bumpy.mesh
     assert (bumpy.k < 0).any(), "the test wants something to gate"
     first = (list(SCHEMES).index(name) + GATES.index(gate)) % 2
-    for sliding, to_surface, bounded, some_fixed in product((False, True), repeat=4):
-        # Half of all combinations; any three of these settings still meet.
-        if (sliding + to_surface + bounded + some_fixed) % 2 != first:
+    for sliding, to_surface, bounded, some_fixed, conserving in product((False, True), repeat=5):
+        # Half of all combinations; any four of these settings still meet.
+        if (sliding + to_surface + bounded + some_fixed + conserving) % 2 != first:
             continue
-        constraints = [Boundary(sliding)]
+        constraints = [NullSpace()] * conserving + [Boundary(sliding)]
         constraints += [BackToSurface()] * to_surface
         constraints += [DeviationBound(BOUND)] * bounded
+        constraints += [LocalVolume(1)] * conserving
         constraints += [] if gate == "none" else [Gate(gate)]
         fixed = bumpy.fixed if some_fixed else None
         points, report = loop.smooth(mesh, SCHEMES[name], constraints, iterations=3, fixed=fixed)
 
         assert np.isfinite(points).all()
         assert report.moved == (points != mesh.points).any(axis=1).sum()
-        assert report.moved > 0
+        assert report.moved > 0 or conserving
         if some_fixed:
             assert points[bumpy.fixed].tobytes() == mesh.points[bumpy.fixed].tobytes()
         if sliding:
@@ -92,15 +95,19 @@ def test_every_scheme_with_every_constraint(bumpy, name, gate):
                 np.testing.assert_allclose(points[side, axis // 2], mesh.points[side, axis // 2], atol=1e-13)
             np.testing.assert_allclose(points[bumpy.border, 2], 0, atol=1e-13)
             np.testing.assert_array_equal(points[bumpy.corners], mesh.points[bumpy.corners])
-            if gate == "none":
+            if gate == "none" and not conserving:
                 assert (points != mesh.points).any(axis=1)[bumpy.border].any()
         else:
             assert points[bumpy.border].tobytes() == mesh.points[bumpy.border].tobytes()
-        if to_surface:
+        if conserving and not sliding:
+            assert abs(report.swept_volume) < 1e-11
+        if to_surface and not conserving:
             assert bumpy.deviation(points).max() < 1e-12
         if bounded:
             assert bumpy.deviation(points).max() <= BOUND * (1 + 1e-12)
         k = bumpy.k_of(points)
+        if conserving:
+            assert not ((k < 0) & (bumpy.k >= 0)).any()
         if gate == "aspect":
             assert k.min() >= bumpy.k.min() - 1e-13
             assert (k < 0).sum() <= (bumpy.k < 0).sum()

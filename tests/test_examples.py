@@ -31,7 +31,7 @@ def drawing(tmp_path_factory):
 
 def test_every_example_is_tested():
     numbers = [path.name[:2] for path in sorted((ROOT / "examples").glob("*.py"))]
-    assert numbers == ["01", "02", "03", "05"]
+    assert numbers == ["01", "02", "03", "04", "05"]
 
 
 def test_vtk_pipeline(tmp_path):
@@ -70,6 +70,14 @@ def test_batch_of_a_folder_of_ones_own(tmp_path):
     assert done.returncode == 1
     assert (tmp_path / "smooth" / "b.vtp").exists()
     assert "notes.txt" not in done.stdout
+
+
+@pytest.mark.usefixtures("drawing")
+def test_moving_front(tmp_path):
+    done = run(tmp_path, ROOT / "examples" / "04_moving_front.py", "--steps", "40", "--output", "front.png")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"(?m)^conservative +\d\.\d+e-1[4-9] ", done.stdout)
+    assert pv.read(tmp_path / "front.png").point_data.active_scalars.std() > 10
 
 
 def test_installation_space(tmp_path):

@@ -15,6 +15,9 @@ from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.creases import Creases
 from vtksmooth.kernels.constraints.features import FeatureLines
 from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.constraints.no_inversion import NoInversion
+from vtksmooth.kernels.constraints.null_space import NullSpace
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
 
@@ -73,7 +76,13 @@ constraint_lists = st.sampled_from(
         [TangentPlane(), Gate("aspect")],
         [Boundary(sliding=True), BackToSurface(), Gate("aspect")],
         [Boundary(sliding=True), TangentPlane(), FeatureLines(), Creases(30.0), Gate("aspect")],
+        [NullSpace(), LocalVolume(1), Gate("aspect")],
     ]
+)
+
+#: Constraints for vertices that all move at once.
+simultaneous_lists = st.sampled_from(
+    [[], [BackToSurface()], [NoInversion()], [NullSpace()], [LocalVolume(1)], [NullSpace(), LocalVolume(2)]]
 )
 
 
@@ -141,7 +150,11 @@ def test_fixed_points_keep_their_bits_and_the_input_is_not_touched(mesh, scheme,
     fixed = masks(mesh, seed)
     mesh.points[fixed] *= np.where(np.abs(mesh.points[fixed]) < 1e-12, -0.0, 1.0)
     copies = [array.copy() for array in (mesh.points, mesh.offsets, mesh.connectivity, fixed)]
-    for constraints in (gate, [Boundary(sliding=True), TangentPlane(), BackToSurface(), *gate]):
+    for constraints in (
+        gate,
+        [Boundary(sliding=True), TangentPlane(), BackToSurface(), *gate],
+        [NullSpace(), LocalVolume(1), *gate],
+    ):
         points, report = loop.smooth(mesh, scheme, constraints, iterations=3, fixed=fixed)
         for array, copy in zip((mesh.points, mesh.offsets, mesh.connectivity, fixed), copies, strict=True):
             np.testing.assert_array_equal(array.view(np.uint8), copy.view(np.uint8))
@@ -155,7 +168,7 @@ def test_fixed_points_keep_their_bits_and_the_input_is_not_touched(mesh, scheme,
     mesh=surfaces(),
     scheme=st.sampled_from(list(SCHEMES.values())),
     constraints=st.one_of(
-        constraint_lists, st.sampled_from([[], [BackToSurface()], [TangentPlane(), Gate("angle")]])
+        constraint_lists, simultaneous_lists, st.sampled_from([[TangentPlane(), Gate("angle")]])
     ),
 )
 @settings(max_examples=100)
@@ -188,7 +201,7 @@ def assert_same_in_another_pose(mesh, scheme, constraints, seed, scale, passes):
 @given(
     mesh=surfaces(wild=False),
     scheme=st.sampled_from(list(SCHEMES.values())),
-    constraints=constraint_lists,
+    constraints=st.one_of(constraint_lists, simultaneous_lists),
     seed=st.integers(0, 2**32 - 1),
     scale=st.sampled_from([1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e12]),
 )

@@ -40,6 +40,7 @@ COMMANDS = {
     "angle-based": "smooth by turning spokes onto bisectors",
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "equilateral": "elements as regular as can be on the same surface, features kept",
+    "null-space": "redistribute points, keeping ridges, corners and the volume",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
     "installation-space": "smooth a flow volume inside its installation space, volume kept",

@@ -41,6 +41,9 @@ class RunReport:
         The volume after rounding to the precision of the output's points; None for open meshes.
     swept_volume : float
         Volume between the surfaces before and after; for closed meshes the change of the volume.
+    volume_residuals : tuple of float
+        With corrections of the local volume, the largest residual before each of the last pass and after the
+        last: volume swept round a vertex, over its part of the area; model units.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
     """
@@ -55,6 +58,7 @@ class RunReport:
     volume: tuple[float, float] | None = None
     volume_rounded: float | None = None
     swept_volume: float = 0.0
+    volume_residuals: tuple[float, ...] = ()
     irregular: int = 0
 
     def __str__(self) -> str:

@@ -11,6 +11,7 @@ from .feature_detection import FeatureDetection
 from .installation_space_regions import InstallationSpaceRegions
 from .installation_space_smoothing import InstallationSpaceSmoothing
 from .laplacian_smoothing import LaplacianSmoothing
+from .null_space_smoothing import NullSpaceSmoothing
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
 from .surface_comparison import SurfaceComparison
@@ -28,6 +29,7 @@ FILTERS: tuple[type[Filter], ...] = (
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
     EquilateralSmoothing,
+    NullSpaceSmoothing,
     ValenceTriangulation,
     InstallationSpaceRegions,
     InstallationSpaceSmoothing,
@@ -45,6 +47,7 @@ __all__ = [
     "InstallationSpaceRegions",
     "InstallationSpaceSmoothing",
     "LaplacianSmoothing",
+    "NullSpaceSmoothing",
     "Parameter",
     "SmoothingFilter",
     "SurfaceComparison",

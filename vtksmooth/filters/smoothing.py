@@ -19,6 +19,9 @@ from ..kernels.constraints.creases import Creases
 from ..kernels.constraints.deviation_bound import DeviationBound
 from ..kernels.constraints.features import FeatureLines
 from ..kernels.constraints.gate import Gate
+from ..kernels.constraints.local_volume import LocalVolume
+from ..kernels.constraints.no_inversion import NoInversion
+from ..kernels.constraints.null_space import NullSpace
 from ..kernels.constraints.tangent_plane import TangentPlane
 from ..kernels.features import Features, detect
 from ..kernels.mesh import Mesh
@@ -97,6 +100,18 @@ class SmoothingFilter(Filter):
         None, "Keep every point within this distance of the original surface.",
         low=0.0, unit="diagonals", optional=True, type=float,
     )  # fmt: skip
+    null_space = Parameter(
+        False, "Keep of each step what goes across the surface or along its ridges; corners do not slide."
+    )
+    corrections = Parameter(
+        0,
+        "Corrections in each pass of the volume that is swept round every point; 0 is none.",
+        low=0,
+        high=100,
+    )
+    preserve_volume = Parameter(
+        False, "End each pass with an equal step of all points that closes the volume of every body exactly."
+    )
     stop_normal_deviation = Parameter(
         None, "Stop before vertex normals turn by more than this.",
         low=0.0, high=180.0, unit="deg", optional=True, type=float,
@@ -152,8 +167,11 @@ class SmoothingFilter(Filter):
         constraints: list[Constraint] = []
         if self.tangent_plane:
             constraints.append(TangentPlane())
+        if self.null_space:
+            constraints.append(NullSpace())
         constraints.append(Boundary(self.boundary == "sliding", self.boundary_corner_angle))
-        if self.features != "ignore":
+        # In the null space ridges slide as it is.
+        if self.features == "hold" or (self.features == "slide" and not self.null_space):
             constraints.append(FeatureLines(sliding=self.features == "slide"))
         if self.back_to_surface:
             constraints.append(BackToSurface())
@@ -161,6 +179,10 @@ class SmoothingFilter(Filter):
             constraints.append(DeviationBound(self.max_deviation_fraction * diagonal))
         if self.crease_angle is not None:
             constraints.append(Creases(self.crease_angle))
+        if self.corrections or self.preserve_volume:
+            constraints.append(LocalVolume(self.corrections, self.preserve_volume))
+        elif self.null_space:
+            constraints.append(NoInversion())
         if self.gate != "none":
             constraints.append(Gate(self.gate, self.gate_floor))
         return constraints

@@ -248,10 +248,11 @@ class _Run:
             ordered = self.on_edges or _scattered(near)
             self.order = adjacency.breadth_first_order(near) if ordered else None
             self.ranges = parallel.ranges(mesh.n_points)
+        face_order = None
         if self.order is not None:
             self.progress(0.0, "putting the mesh in order")
             del near
-            mesh, _ = adjacency.renumbered(mesh, self.order)
+            mesh, face_order = adjacency.renumbered(mesh, self.order)
             near = adjacency.build(mesh)
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh)
@@ -262,6 +263,7 @@ class _Run:
             mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points,
             self._features,
             self.order,
+            face_order,
         )  # fmt: skip
         self._pin_giants()
         if self.fixed is not None:
@@ -464,6 +466,8 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
+        for constraint in self.constraints:
+            constraint.tell(report)
         closed = measure.is_closed(state.near)
         # The neighbourhoods have served, and what follows needs room.
         self.fused = None

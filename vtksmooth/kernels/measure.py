@@ -10,6 +10,7 @@ from .adjacency import INTERIOR, ISOLATED, Adjacency
 from .compiled import device, kernel
 from .mesh import Mesh
 from .quality import area_vectors, ring_normals
+from .swept_volume import sweep_face
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
@@ -108,54 +109,11 @@ def _volumes(starts, ends, points, offsets, connectivity, origin, volumes):  # t
             volumes[f] = total / (2.0 if size == 3 else 6.0)  # the three parts of a triangle are equal
 
 
-@device
-def _swept_by_triangle(p, d):  # type: ignore[no-untyped-def]
-    # V = (d0 + d1 + d2) . (t1 x t2 + (e1 x t2 + t1 x e2) / 2 + e1 x e2 / 3) / 6
-    total = 0.0
-    for axis in range(3):
-        i = (axis + 1) % 3
-        j = (axis + 2) % 3
-        t1i = p[1, i] - p[0, i]
-        t1j = p[1, j] - p[0, j]
-        t2i = p[2, i] - p[0, i]
-        t2j = p[2, j] - p[0, j]
-        e1i = d[1, i] - d[0, i]
-        e1j = d[1, j] - d[0, j]
-        e2i = d[2, i] - d[0, i]
-        e2j = d[2, j] - d[0, j]
-        normal = (t1i * t2j - t1j * t2i) + (e1i * e2j - e1j * e2i) / 3.0
-        normal += 0.5 * ((e1i * t2j - e1j * t2i) + (t1i * e2j - t1j * e2i))
-        total += (d[0, axis] + d[1, axis] + d[2, axis]) * normal
-    return total / 6.0
-
-
 @kernel
 def _swept_volumes(starts, ends, before, after, offsets, connectivity, swept):  # type: ignore[no-untyped-def]
-    p = np.empty((3, 3))
-    d = np.empty((3, 3))
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
-            a = offsets[f]
-            size = offsets[f + 1] - a
-            swept[f] = 0.0
-            if size < 3:
-                continue
-            # A triangle as it is, its last corner first; a polygon as the fan round its corners' mean.
-            for axis in range(3):
-                p[0, axis] = 0.0
-                d[0, axis] = 0.0
-                share = 1 if size == 3 else size
-                for c in range(a + size - share, a + size):
-                    v = connectivity[c]
-                    p[0, axis] += before[v, axis] / share
-                    d[0, axis] += (after[v, axis] - before[v, axis]) / share
-            for c in range(1 if size == 3 else size):
-                for corner in range(1, 3):
-                    v = connectivity[a + (c + corner - 1) % size]
-                    for axis in range(3):
-                        p[corner, axis] = before[v, axis]
-                        d[corner, axis] = after[v, axis] - before[v, axis]
-                swept[f] += _swept_by_triangle(p, d)
+            sweep_face(before, after, offsets, connectivity, f, swept)
 
 
 def is_closed(near: Adjacency) -> bool:
@@ -182,12 +140,10 @@ def signed_volume(mesh: Mesh) -> float:
 def swept_volume(before: Mesh, after: Mesh) -> float:
     """Return the volume that the surface sweeps while its points go from one position to the other.
 
-    For a closed mesh it is the change of the volume. Exact with bilinear side patches, so neighbouring
-    faces agree on the side between them, which the three tetrahedra of Jiao, section 3, do not: for each
-    triangle of each face's fan V = (d0 + d1 + d2) . (t1 x t2 + (e1 x t2 + t1 x e2) / 2 + e1 x e2 / 3) / 6,
-    d the displacements, t the edges from the first corner, e the changes of t.
+    For a closed mesh it is the change of the volume; polygons as fans round their corners' mean, see
+    :func:`~vtksmooth.kernels.swept_volume.sweep_face`.
     """
-    swept = np.empty(before.n_faces)
+    swept = np.empty(len(before.connectivity))
     parallel.run(
         _swept_volumes,
         *parallel.ranges(before.n_faces),

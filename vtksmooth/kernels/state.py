@@ -39,8 +39,9 @@ class State:
         Returns where the points were at the start, (n, 3).
     find_features : callable
         Returns the features of a mesh with its neighbourhoods, both in the run's numbering.
-    order : (n,) int32, optional
-        The run's point i is point ``order[i]`` of the input; None where the numbering is the input's.
+    order, face_order : (n,), (m,) int32, optional
+        The run's point i is point ``order[i]`` of the input, its face f is ``face_order[f]``; None where the
+        numbering is the input's.
     """
 
     topology: Mesh
@@ -53,6 +54,7 @@ class State:
     first_points: Callable[[], npt.NDArray[np.float64]]
     find_features: Callable[[Mesh, Adjacency], Features]
     order: Int32 | None = None
+    face_order: Int32 | None = None
 
     def in_order(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return `values` of the input's points, (n, ...), in the run's numbering."""

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ...report import RunReport
 from ..state import State
 
 Float64 = npt.NDArray[np.float64]
@@ -47,3 +48,6 @@ class Constraint:
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what is allowed."""
+
+    def tell(self, report: RunReport) -> None:
+        """Add to the report what this constraint knows of the run."""

@@ -1,0 +1,82 @@
+"""The filter: what its parameters do, beyond what holds for every filter."""
+
+import meshes
+import numpy as np
+import pytest
+import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+from vtksmooth import LaplacianSmoothing, NullSpaceSmoothing, TrapeziumDrawing
+from vtksmooth.filters.arrays import surface_of
+from vtksmooth.kernels import loop
+from vtksmooth.kernels.constraints.boundary import Boundary
+from vtksmooth.kernels.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.constraints.null_space import NullSpace
+from vtksmooth.kernels.schemes.umbrella import Umbrella
+
+
+def points_of(polydata):
+    return vtk_to_numpy(polydata.GetPoints().GetData())
+
+
+def test_the_default_is_the_paper_s_preset():
+    mesh = meshes.torus(18, 8, jitter=0.2)
+    smoothing = NullSpaceSmoothing(iterations=7)
+    found = points_of(smoothing(meshes.polydata(mesh)))
+    constraints = [NullSpace(), Boundary(), LocalVolume(2)]
+    expected, report = loop.smooth(mesh, Umbrella(0.5), constraints, iterations=7)
+    np.testing.assert_array_equal(found, expected)
+    assert smoothing.report.volume_residuals == report.volume_residuals
+    assert len(report.volume_residuals) == 3
+
+
+@pytest.mark.parametrize("scheme", NullSpaceSmoothing.scheme.choices)
+@pytest.mark.parametrize("gate", NullSpaceSmoothing.gate.choices)
+def test_every_scheme_and_gate_keeps_the_volume_and_the_features(scheme, gate):
+    cube = meshes.polydata(meshes.cube(4, triangles=True))
+    smoothing = NullSpaceSmoothing(scheme=scheme, gate=gate, iterations=20)
+    points = points_of(smoothing(cube))
+    assert smoothing.report.volume == pytest.approx((64.0, 64.0), rel=1e-13)
+    np.testing.assert_allclose(np.abs(points - 2.0).max(axis=1), 2.0, atol=1e-13)
+    assert smoothing.report.inverted == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("cls", "parameters"),
+    [
+        (LaplacianSmoothing, {}),
+        (LaplacianSmoothing, {"scheme": "cotangent"}),
+        (LaplacianSmoothing, {"tangent_plane": True}),
+        (TrapeziumDrawing, {}),
+        (TrapeziumDrawing, {"gate": "none", "null_space": True}),
+    ],
+)
+def test_any_smoothing_filter_can_keep_the_volume(cls, parameters):
+    sphere = pv.Sphere(theta_resolution=16, phi_resolution=16)
+    sphere.points = sphere.points.astype(float)
+    plain, keeping = cls(**parameters), cls(**parameters, corrections=1, preserve_volume=True)
+    plain(sphere)
+    keeping(sphere)
+    before, after = keeping.report.volume
+    assert after == pytest.approx(before, rel=1e-13)
+    assert abs(plain.report.volume[1] - before) > 1e-6 * before
+    assert keeping.report.inverted == (0, 0)
+
+
+def test_null_space_alone_has_the_guard_too():
+    mesh = meshes.torus(12, 8, jitter=0.8, seed=3)
+    smoothing = NullSpaceSmoothing(corrections=0, preserve_volume=False, relaxation=1.0, iterations=3)
+    smoothing(meshes.polydata(mesh))
+    assert smoothing.report.inverted[1] <= smoothing.report.inverted[0]
+    assert smoothing.report.volume_residuals == ()
+
+
+def test_fixed_points_keep_their_bits():
+    mesh = meshes.torus(18, 8, jitter=0.2)
+    polydata = pv.wrap(meshes.polydata(mesh))
+    polydata["Fixed"] = np.random.default_rng(0).random(mesh.n_points) < 0.3
+    smoothing = NullSpaceSmoothing(iterations=20)
+    points = points_of(smoothing(polydata))
+    fixed = polydata["Fixed"] != 0
+    assert points[fixed].tobytes() == surface_of(polydata).mesh.points[fixed].tobytes()
+    assert smoothing.report.volume[1] == pytest.approx(smoothing.report.volume[0], rel=1e-13)

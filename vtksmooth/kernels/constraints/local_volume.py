@@ -1,0 +1,358 @@
+"""Local volume: what steps sweep round each vertex is given back along its direction (Jiao, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ...report import RunReport
+from .. import parallel
+from ..compiled import kernel
+from ..quality import area_vectors
+from ..state import State
+from ..swept_volume import sweep_face, volume_gradient
+from . import Constraint, Float64, Int64
+from .creases import Creases
+from .deviation_bound import DeviationBound
+from .no_inversion import HALVINGS, newly_inverted, shorten, withdraw
+from .null_space import NullSpace, directions
+
+#: Least cosine between a vertex' direction and the gradient of its volume; below, a correction would be
+#: unstable (3.2).
+_SMALLEST_COSINE = 0.05
+
+#: Most Newton steps to close the volume.
+_CLOSINGS = 4
+
+#: Most solutions tried in a pass before it is given up, and from which on more is held each time.
+_ATTEMPTS, _WIDENING = 16, 8
+
+
+@kernel
+def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, swept):  # type: ignore[no-untyped-def]
+    # What each face sweeps beyond its flux, by corners; returns how many faces become inverted.
+    inverted = 0
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            sweep_face(before, after, offsets, connectivity, f, swept)
+            if flux.size > 0:
+                size = offsets[f + 1] - offsets[f]
+                for c in range(offsets[f], offsets[f + 1]):
+                    swept[c] -= flux[f] / size
+            if newly_inverted(before, after, offsets, connectivity, reference, f):
+                inverted += 1
+    return inverted
+
+
+@kernel
+def _answers(starts, ends, points, near, held, direction, answer):  # type: ignore[no-untyped-def]
+    # (10): the derivative of the volume by a step of v along d; 0 if v takes no part.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            answer[v] = 0.0
+            x = direction[v, 0]
+            y = direction[v, 1]
+            z = direction[v, 2]
+            if held[v] or (x == 0.0 and y == 0.0 and z == 0.0):
+                continue
+            gx, gy, gz = volume_gradient(points, near, v)
+            along = gx * x + gy * y + gz * z
+            if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
+                answer[v] = along
+
+
+@kernel
+def _correct(starts, ends, near, swept, direction, answer, share, after):  # type: ignore[no-untyped-def]
+    # (11), with `share` 1; returns the largest residual met, per area.
+    largest = 0.0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if answer[v] == 0.0:
+                continue
+            step = 0.0
+            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                step += swept[near.corners[row]]
+            step /= answer[v]
+            largest = max(largest, abs(step))
+            after[v, 0] -= share * step * direction[v, 0]
+            after[v, 1] -= share * step * direction[v, 1]
+            after[v, 2] -= share * step * direction[v, 2]
+    return largest
+
+
+@kernel
+def _shift(starts, ends, body, step, direction, answer, after):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if answer[v] == 0.0:
+                continue
+            s = step[body[v] if body.size > 0 else 0]
+            after[v, 0] += s * direction[v, 0]
+            after[v, 1] += s * direction[v, 1]
+            after[v, 2] += s * direction[v, 2]
+
+
+@kernel
+def _one_by_one(  # type: ignore[no-untyped-def]
+    starts, ends, points, near, reference, pinned, flux, direction, halvings, proposed
+):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if pinned[v]:
+                continue
+            x = points[v, 0]
+            y = points[v, 1]
+            z = points[v, 2]
+            gx, gy, gz = volume_gradient(points, near, v)
+            swept = gx * (proposed[v, 0] - x) + gy * (proposed[v, 1] - y) + gz * (proposed[v, 2] - z)
+            if flux.size > 0:
+                for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                    f = near.corner_face[near.corners[row]]
+                    swept -= flux[f] / (near.offsets[f + 1] - near.offsets[f])
+            if swept != 0.0 and near.border[v] == 0:
+                dx = direction[v, 0]
+                dy = direction[v, 1]
+                dz = direction[v, 2]
+                along = gx * dx + gy * dy + gz * dz
+                # alpha = -(b.t) / (b.d) of 3.2; exact, for what one vertex sweeps is linear in its step.
+                if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
+                    proposed[v, 0] -= swept / along * dx
+                    proposed[v, 1] -= swept / along * dy
+                    proposed[v, 2] -= swept / along * dz
+                else:
+                    proposed[v, 0] = x
+                    proposed[v, 1] = y
+                    proposed[v, 2] = z
+            shorten(points, near, reference, halvings, v, proposed)
+
+
+@kernel
+def _bodies(offsets, connectivity, root):  # type: ignore[no-untyped-def]
+    # Union-find; the root of a body is its smallest vertex.
+    for v in range(root.size):
+        root[v] = v
+    for f in range(offsets.size - 1):
+        for c in range(offsets[f] + 1, offsets[f + 1]):
+            a = connectivity[c - 1]
+            b = connectivity[c]
+            while root[a] != a:
+                root[a] = root[root[a]]
+                a = root[a]
+            while root[b] != b:
+                root[b] = root[root[b]]
+                b = root[b]
+            if a < b:
+                root[b] = a
+            else:
+                root[a] = b
+    for v in range(root.size):
+        root[v] = root[root[v]]
+
+
+class LocalVolume(Constraint):
+    """Give back, round every vertex, the volume that the steps sweep; Jiao, section 3.
+
+    All at once: the quasi-Newton method of (11), one step along d for each vertex in each correction. The
+    residual of a vertex is the weak form (9) itself, the swept volume times the vertex' shape function, which
+    is exact for straight paths; with whole faces' volumes in its place, as (13) has it, the equations hardly
+    see what alternates from vertex to vertex, and more corrections roughen the surface. Then, if wanted, a
+    last step that is equal for all vertices of a body (what hangs together by faces) and closes its volume
+    exactly. One by one: the Gauss-Seidel variant of section 3.2, exact in one step.
+
+    No face that is not inverted is made so. Before the volume is corrected, steps that would invert one
+    are shortened, as by :class:`~vtksmooth.kernels.constraints.no_inversion.NoInversion`. Where the
+    correction itself would, the vertices of that face stay where they were in this pass, and the rest is
+    solved anew; so the volume is kept all the same.
+
+    Vertices without a direction (cusps), pinned ones and those on a boundary are not moved for it.
+
+    Parameters
+    ----------
+    corrections : int
+        Corrector steps of each pass; 1 to 3 suffice.
+    uniform : bool
+        Whether the last step follows. It takes with it what rounding and earlier passes have left, so
+        nothing adds up. A body that it cannot close stays where it was in this pass.
+    flux : (m,) array_like, optional
+        Volume that each face shall sweep in each pass, positive along its normal, in the numbering of the
+        run's input: (8) to (11) of the paper. 0 if absent.
+    """
+
+    convex = False
+
+    def __init__(
+        self,
+        corrections: int = 2,
+        uniform: bool = True,
+        flux: npt.ArrayLike | None = None,
+    ) -> None:
+        self.corrections, self.uniform = corrections, uniform
+        self.flux = np.empty(0) if flux is None else np.ascontiguousarray(flux, dtype=np.float64)
+        #: Largest residual in the last pass, before each correction and after the last: volume swept round
+        #: a vertex over the area that it stands for, model units.
+        self.residuals: list[float] = []
+
+    def follow(self, before: Sequence[Constraint]) -> None:
+        # Who has computed the directions, and who may have a word on the corrected steps.
+        self._null_space = next((c for c in before if isinstance(c, NullSpace)), None)
+        self._bounds = [c for c in before if isinstance(c, (Creases, DeviationBound))]
+
+    def tell(self, report: RunReport) -> None:
+        report.volume_residuals = tuple(self.residuals)
+
+    def bind(self, state: State) -> None:
+        n, m = len(state.points), state.topology.n_faces
+        if self.flux.shape not in ((0,), (m,)):
+            raise ParameterError(
+                f"flux must hold one value for each of the {m} faces, not have the shape {self.flux.shape}."
+            )
+        self._flux = self.flux
+        if len(self.flux) and state.face_order is not None:
+            self._flux = self.flux[state.face_order]
+        self._direction = np.empty((n if self._null_space is None else 0, 3))
+        self.residuals = []
+        if not state.in_place:
+            self._swept, self._answer = np.empty(len(state.topology.connectivity)), np.empty(n)
+            self._held = np.zeros(n, np.uint8)
+            self._find_bodies(state)
+
+    def _find_bodies(self, state: State) -> None:
+        topology, n = state.topology, len(state.points)
+        root = np.empty(n, np.int32)
+        _bodies(topology.offsets, topology.connectivity, root)
+        roots = np.unique(root[topology.connectivity])
+        self._bodies = max(1, len(roots))
+        self._body = np.empty(0, np.int32)
+        if len(roots) > 1:
+            number = np.zeros(n, np.int32)
+            number[roots] = np.arange(len(roots))
+            self._body = number[root]
+            self._corner_body = self._body[topology.connectivity]
+        # What earlier passes left over, and how near to nothing rounding of the coordinates lets it come.
+        self._left = np.zeros(self._bodies)
+        areas = np.linalg.norm(area_vectors(state.mesh), axis=1) / np.maximum(topology.face_sizes, 1)
+        largest = np.abs(state.points[topology.connectivity]).max(initial=0.0)
+        of_corners = np.repeat(areas, topology.face_sizes)
+        self._tolerance = 4.0 * np.finfo(float).eps * largest * self._of_bodies(of_corners)
+
+    def _of_bodies(self, of_corners: Float64) -> Float64:
+        if self._bodies == 1:
+            return np.array([of_corners.sum()])
+        return np.bincount(self._corner_body, of_corners, self._bodies).astype(np.float64)
+
+    def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        direction = self._direction
+        if self._null_space is None:
+            directions(state, starts, ends, direction)
+        else:
+            direction = self._null_space.direction
+        if not state.in_place:
+            self._all_at_once(state, direction, (starts, ends), proposed)
+            return
+        parallel.run(
+            _one_by_one, starts, ends, state.points, state.near, state.reference, state.pinned,
+            self._flux, direction, HALVINGS, proposed,
+        )  # fmt: skip
+        # They shorten steps, and what one vertex sweeps is linear in its step: nothing stays nothing.
+        for bound in self._bounds:
+            bound.dispose(state, starts, ends, proposed)
+
+    def _all_at_once(
+        self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
+    ) -> None:
+        points, near, held = state.points, state.near, self._held
+        held[:] = 0
+        if self._sweep(state, proposed):
+            withdraw(points, proposed, near, state.reference, HALVINGS, held)
+            held[:] = 0  # those may be moved for the volume all the same
+            self._sweep(state, proposed)
+        for attempt in range(_ATTEMPTS):
+            inverted = self._solve(state, direction, vertices, proposed)
+            outside = self._outside(state, vertices, proposed)
+            if not inverted and not outside.any():
+                break
+            held[outside] = 1
+            proposed[outside] = points[outside]
+            withdraw(points, proposed, near, state.reference, 0, held)
+            if attempt >= _WIDENING:  # ring after ring, so that it comes to an end
+                faces = np.unique(near.corner_face[held[near.connectivity] != 0])
+                held[near.connectivity[np.isin(near.corner_face, faces)]] = 1
+                proposed[held != 0] = points[held != 0]
+            self._sweep(state, proposed)
+        else:
+            proposed[:] = points
+            self._sweep(state, proposed)
+        if self.uniform:
+            self._left = self._close(state, proposed)
+
+    def _sweep(self, state: State, proposed: Float64) -> int:
+        return sum(
+            parallel.run(
+                _sweep, *parallel.ranges(state.topology.n_faces), state.points, proposed,
+                state.topology.offsets, state.topology.connectivity, state.reference, self._flux, self._swept,
+            )
+        )  # fmt: skip
+
+    def _solve(
+        self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
+    ) -> int:
+        """Correct `proposed`, of which `_swept` holds; return how many faces this inverts."""
+        near, swept, answer = state.near, self._swept, self._answer
+
+        def correct(share: float) -> float:
+            return max(
+                parallel.run(_correct, *vertices, near, swept, direction, answer, share, proposed),
+                default=0.0,
+            )
+
+        def find_answers() -> None:
+            parallel.run(_answers, *vertices, proposed, near, self._held, direction, answer)
+
+        inverted = 0
+        self.residuals = []
+        for _ in range(self.corrections):
+            # Anew for each: what is left of the whole volume is then of second order in this step alone.
+            find_answers()
+            self.residuals.append(correct(1.0))
+            inverted = self._sweep(state, proposed)
+        if not self.corrections:
+            find_answers()
+        self.residuals.append(correct(0.0))
+        for _ in range(_CLOSINGS if self.uniform else 0):
+            left = self._of_bodies(swept) + self._left
+            if (np.abs(left) <= self._tolerance).all():
+                break
+            find_answers()
+            slope = answer.sum(keepdims=True)
+            if self._bodies > 1:
+                slope = np.bincount(self._body, answer, self._bodies)
+            step = np.divide(-left, slope, out=np.zeros_like(left), where=slope > 0.0)
+            parallel.run(_shift, *vertices, self._body, step, direction, answer, proposed)
+            inverted = self._sweep(state, proposed)
+        return inverted
+
+    def _outside(
+        self, state: State, vertices: tuple[Int64, Int64], proposed: Float64
+    ) -> npt.NDArray[np.bool_]:
+        """Return which vertices break one of the bounds that act before."""
+        outside = np.zeros(len(proposed), dtype=bool)
+        for bound in self._bounds:
+            allowed = proposed.copy()
+            bound.dispose(state, *vertices, allowed)
+            outside |= (allowed != proposed).any(axis=1)
+        outside &= state.pinned == 0
+        return outside
+
+    def _close(self, state: State, proposed: Float64) -> Float64:
+        """Take back the steps of bodies that could not be closed; return what is left over."""
+        left = self._of_bodies(self._swept) + self._left
+        unclosed = ~(np.abs(left) <= self._tolerance)
+        if unclosed.any():
+            back = np.broadcast_to(True, len(proposed)) if self._bodies == 1 else unclosed[self._body]
+            proposed[back] = state.points[back]
+            self._sweep(state, proposed)
+            left = self._of_bodies(self._swept) + self._left
+        return left

@@ -1,0 +1,185 @@
+"""No inversion: a step that would invert a face is halved a few times, then refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import parallel
+from ..compiled import device, kernel
+from ..quality import face_square, polygon_square
+from ..state import State
+from . import Constraint, Float64, Int64
+
+#: How often a step is halved before it is refused.
+HALVINGS = 3
+
+
+# Signs are found step by step as quality.face_square finds that of k, so that both agree to the last bit.
+
+
+@device
+def _against(ox, oy, oz, px, py, pz, qx, qy, qz, reference, f):  # type: ignore[no-untyped-def]
+    ax = px - ox
+    ay = py - oy
+    az = pz - oz
+    bx = qx - ox
+    by = qy - oy
+    bz = qz - oz
+    nx = ay * bz - az * by
+    ny = az * bx - ax * bz
+    nz = ax * by - ay * bx
+    return nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0
+
+
+@device
+def _inverted(points, offsets, connectivity, reference, f):  # type: ignore[no-untyped-def]
+    a = offsets[f]
+    if offsets[f + 1] - a != 3:
+        return face_square(points, offsets, connectivity, f, reference) < 0.0
+    o = connectivity[a]
+    p = connectivity[a + 1]
+    q = connectivity[a + 2]
+    return _against(
+        points[o, 0], points[o, 1], points[o, 2], points[p, 0], points[p, 1], points[p, 2],
+        points[q, 0], points[q, 1], points[q, 2], reference, f,
+    )  # fmt: skip
+
+
+@device
+def newly_inverted(before, after, offsets, connectivity, reference, f):  # type: ignore[no-untyped-def]
+    """Whether the area of face f is negative against its reference direction after a step, not before."""
+    if _inverted(after, offsets, connectivity, reference, f):
+        return not _inverted(before, offsets, connectivity, reference, f)
+    return False
+
+
+@device
+def _inverted_with(points, near, reference, f, v, x, y, z):  # type: ignore[no-untyped-def]
+    # The same with vertex v at (x, y, z).
+    a = near.offsets[f]
+    b = near.offsets[f + 1]
+    if b - a < 3:
+        return False
+    if b - a > 3:
+        rx = reference[f, 0]
+        ry = reference[f, 1]
+        rz = reference[f, 2]
+        return polygon_square(points, near.connectivity, a, b, v, x, y, z, rx, ry, rz) < 0.0
+    o = near.connectivity[a]
+    p = near.connectivity[a + 1]
+    q = near.connectivity[a + 2]
+    return _against(
+        x if o == v else points[o, 0], y if o == v else points[o, 1], z if o == v else points[o, 2],
+        x if p == v else points[p, 0], y if p == v else points[p, 1], z if p == v else points[p, 2],
+        x if q == v else points[q, 0], y if q == v else points[q, 1], z if q == v else points[q, 2],
+        reference, f,
+    )  # fmt: skip
+
+
+@kernel
+def _count(starts, ends, before, after, near, reference):  # type: ignore[no-untyped-def]
+    count = 0
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            count += newly_inverted(before, after, near.offsets, near.connectivity, reference, f)
+    return count
+
+
+@kernel
+def withdraw(before, after, near, reference, halvings, refused):  # type: ignore[no-untyped-def]
+    """Shorten steps until no face is newly inverted, all vertices of a face at the same time.
+
+    A vertex' step is halved at most `halvings` times, then refused: it is back where it was, and noted in
+    `refused`. Every round shortens a step, and without steps nothing is newly inverted: so it ends.
+    Only what lies round such faces is looked at, again and again; hence no threads.
+    """
+    m = near.offsets.size - 1
+    seen = np.zeros(m, np.uint8)
+    halved = np.zeros(before.shape[0], np.uint8)
+    waiting = [
+        f for f in range(m) if newly_inverted(before, after, near.offsets, near.connectivity, reference, f)
+    ]
+    while len(waiting) > 0:
+        shortened = [0 for _ in range(0)]
+        for f in waiting:
+            for c in range(near.offsets[f], near.offsets[f + 1]):
+                v = near.connectivity[c]
+                if halved[v] >= 128:
+                    continue  # in this round already
+                still = True
+                for axis in range(3):
+                    still = still and after[v, axis] == before[v, axis]
+                if still:
+                    continue
+                shortened.append(v)
+                halved[v] += 1
+                give_up = halved[v] > halvings
+                halved[v] += 128
+                for axis in range(3):
+                    if give_up:
+                        after[v, axis] = before[v, axis]
+                    else:
+                        after[v, axis] = before[v, axis] + 0.5 * (after[v, axis] - before[v, axis])
+                if give_up:
+                    refused[v] = 1
+        found = [0 for _ in range(0)]
+        for v in shortened:
+            halved[v] -= 128
+            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                f = near.corner_face[near.corners[row]]
+                if not seen[f] and newly_inverted(
+                    before, after, near.offsets, near.connectivity, reference, f
+                ):
+                    seen[f] = 1
+                    found.append(f)
+        for f in found:
+            seen[f] = 0
+        waiting = found
+
+
+@device
+def shorten(points, near, reference, halvings, v, proposed):  # type: ignore[no-untyped-def]
+    """Halve the step of v alone while it inverts a face, at most `halvings` times; then refuse it."""
+    for turn in range(halvings + 1):
+        bad = False
+        for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+            f = near.corner_face[near.corners[row]]
+            x = proposed[v, 0]
+            y = proposed[v, 1]
+            z = proposed[v, 2]
+            if _inverted_with(points, near, reference, f, v, x, y, z):
+                bad = bad or not _inverted(points, near.offsets, near.connectivity, reference, f)
+        if not bad:
+            return
+        for axis in range(3):
+            step = 0.5 * (proposed[v, axis] - points[v, axis]) if turn < halvings else 0.0
+            proposed[v, axis] = points[v, axis] + step if step != 0.0 else points[v, axis]
+
+
+@kernel
+def _shorten_each(starts, ends, points, near, reference, pinned, halvings, proposed):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if not pinned[v]:
+                shorten(points, near, reference, halvings, v, proposed)
+
+
+class NoInversion(Constraint):
+    """No face that is not inverted becomes inverted, whether vertices move one by one or all at once.
+
+    Steps that would invert a face are halved up to three times, then refused. Against the directions of
+    the run's start, exactly as k is signed. The paper has no such guard.
+    """
+
+    convex = False
+
+    def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        points, near, reference = state.points, state.near, state.reference
+        if state.in_place:
+            parallel.run(
+                _shorten_each, starts, ends, points, near, reference, state.pinned, HALVINGS, proposed
+            )
+            return
+        faces = parallel.ranges(len(near.offsets) - 1)
+        if sum(parallel.run(_count, *faces, points, proposed, near, reference)):
+            withdraw(points, proposed, near, reference, HALVINGS, np.zeros_like(state.pinned))
