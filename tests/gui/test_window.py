@@ -10,6 +10,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtksmooth.files import read_surface
 from vtksmooth.filters import (
     FILTERS,
+    FeatureDetection,
     LaplacianSmoothing,
     SurfaceComparison,
     SurfaceQuality,
@@ -291,6 +292,21 @@ def test_overlays_show_the_arrays_of_the_filters(user, ant):
     user.do("overlay_none")
     assert user.window.view._surfaces["after"].mapper.GetScalarVisibility() == 0
     assert not user.window.colour_bar.isVisible()
+
+
+def test_feature_classes_come_with_their_lines(user, tmp_path):
+    pv.Cube().triangulate().subdivide(3).clean().save(tmp_path / "cube.ply")
+    user.drop(tmp_path / "cube.ply")
+    user.do("overlay_feature_class")
+    mesh, lines = FeatureDetection()(read_surface(tmp_path / "cube.ply")[0])
+    expected = vtk_to_numpy(mesh.GetPointData().GetArray("FeatureClass"))
+    assert np.array_equal(user.display.fields[0].values, expected)
+    assert (np.bincount(expected)[2], lines.GetNumberOfLines()) == (8, 12)
+    mark = user.window.view._marks["lines"]
+    assert mark.actor.GetVisibility()
+    assert mark.data.GetNumberOfLines() == 12
+    user.do("overlay_aspect_ratio")
+    assert not mark.actor.GetVisibility()
 
 
 def test_an_overlay_is_chosen_by_its_key_and_by_the_list(user, ant):
