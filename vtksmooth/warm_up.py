@@ -11,9 +11,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from .errors import InvalidMeshError, ParameterError
 from .filters import FILTERS, Filter
-from .filters.arrays import vtk_array
+from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
 from .kernels.compiled import on_compile
+from .kernels.ray import first_hit
 
 
 def _bump(size: int, kind: str) -> vtkPolyData:
@@ -86,7 +87,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
 
 
 def run(progress: Callable[[float, str], None] | None = None) -> int:
-    """Run every scheme, constraint and measure on small meshes, so that all kernels are compiled.
+    """Run every scheme, constraint, measure and the picking on small meshes, so that all kernels are compiled.
 
     Parameters
     ----------
@@ -109,6 +110,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
                 # Some schemes, constraints and faces do not combine, and say so.
                 with suppress(InvalidMeshError, ParameterError):
                     cls(**setting)(*(mesh for _ in cls.inputs))
+        first_hit(surface_of(meshes[0]).mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
     if progress:
         progress(1.0, "done")
     return len(compiled)
