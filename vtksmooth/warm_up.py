@@ -87,7 +87,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
 
 
 def run(progress: Callable[[float, str], None] | None = None) -> int:
-    """Run every scheme, constraint, measure and the picking on small meshes, so that all kernels are compiled.
+    """Run all schemes, constraints, measures and picking on small meshes, so that all kernels are compiled.
 
     Parameters
     ----------
