@@ -203,13 +203,14 @@ def _box_square(node_low, node_high, i, x, y, z):  # type: ignore[no-untyped-def
 
 
 @device
-def query(tree, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
+def query(tree, x, y, z, reach, bound, stack):  # type: ignore[no-untyped-def]
     """Closest point of the surface, its squared distance, its triangle, and s and t in that.
 
-    Stops as soon as a distance below `bound` is found.
+    Looks no farther than the root of `reach` (then the triangle may be -1), and stops as soon as a squared
+    distance below `bound` is found.
     """
     points, faces, order, node_low, node_high, node = tree
-    best = np.inf
+    best = reach
     cx = x
     cy = y
     cz = z
@@ -256,7 +257,9 @@ def _closest_points(starts, ends, tree, queries, closest, distance):  # type: ig
     stack = np.empty(128, np.int32)
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
-            x, y, z, square, _, _, _ = query(tree, queries[i, 0], queries[i, 1], queries[i, 2], -1.0, stack)
+            x, y, z, square, _, _, _ = query(
+                tree, queries[i, 0], queries[i, 1], queries[i, 2], np.inf, -1.0, stack
+            )
             closest[i, 0] = x
             closest[i, 1] = y
             closest[i, 2] = z
@@ -276,7 +279,7 @@ def _limit(starts, ends, tree, points, pinned, limit, proposed):  # type: ignore
                 continue
             if limit < 0.0:
                 cx, cy, cz, square, _, _, _ = query(
-                    tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], -1.0, stack
+                    tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], np.inf, -1.0, stack
                 )
                 proposed[v, 0] = cx
                 proposed[v, 1] = cy
@@ -295,7 +298,7 @@ def _limit(starts, ends, tree, points, pinned, limit, proposed):  # type: ignore
                 if attempt == 4:
                     break
                 cx, cy, cz, square, _, _, _ = query(
-                    tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], limit * limit, stack
+                    tree, proposed[v, 0], proposed[v, 1], proposed[v, 2], np.inf, limit * limit, stack
                 )
                 if square <= limit * limit:
                     break

@@ -18,14 +18,19 @@ Float64 = npt.NDArray[np.float64]
 
 
 @device
-def signed_distance(tree, normals, x, y, z, stack):  # type: ignore[no-untyped-def]
+def signed_distance(tree, normals, x, y, z, most, stack):  # type: ignore[no-untyped-def]
     """Signed distance to the surface whose `tree` and `normals` a :class:`SignedDistanceTree` holds.
+
+    The surface is known to be no farther than `most`, which saves looking farther; infinity will do.
 
     The sign is that of the way from the closest point to (x, y, z) along the pseudonormal there: of the
     face, of the two faces at an edge, of all faces round a vertex, weighted by their angles. J. A.
     Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal" (2005).
     """
-    cx, cy, cz, square, f, s, t = query(tree, x, y, z, -1.0, stack)
+    reach = most * most * (1.0 + 1e-6)
+    cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
+    if f < 0:  # rounding
+        cx, cy, cz, square, f, s, t = query(tree, x, y, z, np.inf, -1.0, stack)
     faces = tree[1]
     row = f
     if s == 0.0 and t == 0.0:
@@ -49,7 +54,9 @@ def _signed_distances(starts, ends, tree, normals, points, distances):  # type: 
     stack = np.empty(128, np.int32)
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
-            distances[i] = signed_distance(tree, normals, points[i, 0], points[i, 1], points[i, 2], stack)
+            distances[i] = signed_distance(
+                tree, normals, points[i, 0], points[i, 1], points[i, 2], np.inf, stack
+            )
 
 
 class SignedDistanceTree:

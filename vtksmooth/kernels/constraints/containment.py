@@ -74,7 +74,9 @@ def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
     bound = bound_at(guard, v, x, y, z)
     if bound > guard.limit[v]:
         answer = 1
-        bound = signed_distance(guard.tree, guard.normals, x, y, z, stack)
+        # |d| changes by no more than the way either: the surface is no farther than that.
+        most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
+        bound = signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
         if not bound <= guard.limit[v]:
             return 0
         guard.known[v, 0] = x

@@ -327,17 +327,22 @@ def _sweep(  # type: ignore[no-untyped-def]
             if guard.active:
                 slack_i = guard.slack[i]
                 slack_j = guard.slack[j]
-                for end in range(2):
-                    v = edges[e, end]
-                    if good and rows[v, 6] > 0.0:
-                        checked += 1
-                        step = np.sqrt(d[end, 0] * d[end, 0] + d[end, 1] * d[end, 1] + d[end, 2] * d[end, 2])
-                        answer = may_go(
-                            guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2],
-                            step, stack,
-                        )  # fmt: skip
-                        asked += answer < 2
-                        good = answer > 0
+                step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
+                step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
+                checked += (si > 0.0) + (sj > 0.0)
+                if step_i <= slack_i and step_j <= slack_j:
+                    guard.slack[i] -= step_i
+                    guard.slack[j] -= step_j
+                else:
+                    for end in range(2):
+                        v = edges[e, end]
+                        if good and rows[v, 6] > 0.0:
+                            answer = may_go(
+                                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1],
+                                rows[v, 2] + d[end, 2], step_i if end == 0 else step_j, stack,
+                            )  # fmt: skip
+                            asked += answer < 2
+                            good = answer > 0
                 if not good:
                     guard.slack[i] = slack_i
                     guard.slack[j] = slack_j
