@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ...errors import ParameterError
 from ...report import RunReport
 from .. import parallel
-from ..compiled import kernel
+from ..compiled import device, kernel
 from ..quality import area_vectors
 from ..state import State
 from ..swept_volume import sweep_face, volume_gradient
@@ -49,7 +49,8 @@ def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, 
 
 @kernel
 def _answers(starts, ends, points, near, held, direction, answer):  # type: ignore[no-untyped-def]
-    # (10): the derivative of the volume by a step of v along d; 0 if v takes no part.
+    # (10): the derivative of the volume by a step of v along d; 0 if v takes no part; returns how many.
+    idle = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             answer[v] = 0.0
@@ -62,11 +63,33 @@ def _answers(starts, ends, points, near, held, direction, answer):  # type: igno
             along = gx * x + gy * y + gz * z
             if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
                 answer[v] = along
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            idle += answer[v] == 0.0
+    return idle
+
+
+@device
+def _handed_over(v, ring_offsets, ring, corner_offsets, corners, swept, answer):  # type: ignore[no-untyped-def]
+    # What v has to take over from neighbours that take no part: their residuals go in equal parts to those
+    # of their neighbours that do, so that nothing of the whole is lost.
+    total = 0.0
+    for r in range(ring_offsets[v], ring_offsets[v + 1]):
+        w = ring[r]
+        if answer[w] == 0.0:
+            residual = 0.0
+            for row in range(corner_offsets[w], corner_offsets[w + 1]):
+                residual += swept[corners[row]]
+            takers = 0
+            for s in range(ring_offsets[w], ring_offsets[w + 1]):
+                takers += answer[ring[s]] != 0.0
+            total += residual / takers
+    return total
 
 
 @kernel
-def _correct(starts, ends, near, swept, direction, answer, share, after):  # type: ignore[no-untyped-def]
-    # (11), with `share` 1; returns the largest residual met, per area.
+def _correct(starts, ends, near, swept, direction, answer, idle, share, after):  # type: ignore[no-untyped-def]
+    # (11), with `share` 1; returns the largest residual met, per area. `idle`: whether some take no part.
     largest = 0.0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -75,6 +98,10 @@ def _correct(starts, ends, near, swept, direction, answer, share, after):  # typ
             step = 0.0
             for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                 step += swept[near.corners[row]]
+            if idle:
+                step += _handed_over(
+                    v, near.ring_offsets, near.ring, near.corner_offsets, near.corners, swept, answer
+                )
             step /= answer[v]
             largest = max(largest, abs(step))
             after[v, 0] -= share * step * direction[v, 0]
@@ -167,7 +194,8 @@ class LocalVolume(Constraint):
     correction itself would, the vertices of that face stay where they were in this pass, and the rest is
     solved anew; so the volume is kept all the same.
 
-    Vertices without a direction (cusps), pinned ones and those on a boundary are not moved for it.
+    Vertices without a direction (cusps), pinned ones and those on a boundary are not moved for it: their
+    neighbours take over what they would have to give back.
 
     Parameters
     ----------
@@ -302,25 +330,24 @@ class LocalVolume(Constraint):
         """Correct `proposed`, of which `_swept` holds; return how many faces this inverts."""
         near, swept, answer = state.near, self._swept, self._answer
 
-        def correct(share: float) -> float:
+        def correct(idle: bool, share: float) -> float:
             return max(
-                parallel.run(_correct, *vertices, near, swept, direction, answer, share, proposed),
+                parallel.run(_correct, *vertices, near, swept, direction, answer, idle, share, proposed),
                 default=0.0,
             )
 
-        def find_answers() -> None:
-            parallel.run(_answers, *vertices, proposed, near, self._held, direction, answer)
+        def find_answers() -> bool:
+            return any(parallel.run(_answers, *vertices, proposed, near, self._held, direction, answer))
 
         inverted = 0
         self.residuals = []
         for _ in range(self.corrections):
             # Anew for each: what is left of the whole volume is then of second order in this step alone.
-            find_answers()
-            self.residuals.append(correct(1.0))
+            idle = find_answers()
+            self.residuals.append(correct(idle, 1.0))
             inverted = self._sweep(state, proposed)
-        if not self.corrections:
-            find_answers()
-        self.residuals.append(correct(0.0))
+        if self.corrections:
+            self.residuals.append(correct(idle, 0.0))
         for _ in range(_CLOSINGS if self.uniform else 0):
             left = self._of_bodies(swept) + self._left
             if (np.abs(left) <= self._tolerance).all():
