@@ -70,10 +70,12 @@ sphere.points = sphere.points.astype(np.float64)
 volume = sphere.volume
 
 ways: dict[str, SmoothingFilter] = {
-    "Laplacian": LaplacianSmoothing(iterations=1, relaxation=0.1),
-    "Taubin": LaplacianSmoothing(iterations=1, relaxation=0.1, scheme="taubin"),
-    "null space": NullSpaceSmoothing(iterations=1, relaxation=0.1, corrections=0, preserve_volume=False),
-    "conservative": NullSpaceSmoothing(iterations=1, relaxation=0.1, corrections=2),
+    "Laplacian": LaplacianSmoothing(iterations=1, relaxation_factor=0.1),
+    "Taubin": LaplacianSmoothing(iterations=1, relaxation_factor=0.1, scheme="taubin"),
+    "null space": NullSpaceSmoothing(
+        iterations=1, relaxation_factor=0.1, corrections=0, preserve_volume=False
+    ),
+    "conservative": NullSpaceSmoothing(iterations=1, relaxation_factor=0.1, corrections=2),
 }
 chart = pv.Chart2D()
 chart.title = "Volume that smoothing adds to a moving front"

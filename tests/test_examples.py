@@ -37,7 +37,7 @@ def test_every_example_is_tested():
 def test_vtk_pipeline(tmp_path):
     done = run(tmp_path, ROOT / "examples" / "01_vtk_pipeline.py")
     assert done.returncode == 0, done.stderr
-    assert "as it should be, refused: There is no point array 'NoSuchArray'" in done.stdout
+    assert "as it should be, refused: fixed: there is no point array 'NoSuchArray'" in done.stdout
     assert "Traceback" not in done.stderr
 
 

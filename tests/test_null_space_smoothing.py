@@ -65,7 +65,7 @@ def test_any_smoothing_filter_can_keep_the_volume(cls, parameters):
 
 def test_null_space_alone_has_the_guard_too():
     mesh = meshes.torus(12, 8, jitter=0.8, seed=3)
-    smoothing = NullSpaceSmoothing(corrections=0, preserve_volume=False, relaxation=1.0, iterations=3)
+    smoothing = NullSpaceSmoothing(corrections=0, preserve_volume=False, relaxation_factor=1.0, iterations=3)
     smoothing(meshes.polydata(mesh))
     assert smoothing.report.inverted[1] <= smoothing.report.inverted[0]
     assert smoothing.report.volume_residuals == ()

@@ -71,7 +71,7 @@ class NullSpaceSmoothing(SmoothingFilter):
     command = "null-space"
 
     scheme = Parameter("umbrella", "Which steps are proposed.", choices=tuple(_SCHEMES))
-    relaxation = Parameter(
+    relaxation_factor = Parameter(
         0.5, "Part of the proposed step that is taken, by schemes that have one.", low=0.0, high=1.0
     )
     features = SmoothingFilter.features.with_default("slide")
@@ -81,4 +81,4 @@ class NullSpaceSmoothing(SmoothingFilter):
 
     def make_scheme(self) -> Scheme:
         """Return the scheme chosen."""
-        return _SCHEMES[self.scheme](self.relaxation)
+        return _SCHEMES[self.scheme](self.relaxation_factor)
