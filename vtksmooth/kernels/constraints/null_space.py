@@ -8,7 +8,8 @@ from .. import parallel
 from ..adjacency import BORDER
 from ..compiled import kernel
 from ..features import CORNER, CUSP
-from ..metric_tensor import eigen, metric_tensor
+from ..metric_tensor import eigen
+from ..quality import area_vector
 from ..state import State
 from . import Constraint, Float64, Int64
 
@@ -28,6 +29,12 @@ def frame(  # type: ignore[no-untyped-def]
 
     Without `classes` (size 0) the eigenvalues' ratios decide, against `limits`: ridges, corners.
     """
+    # Taken out of the tuple here: handing it on costs more than the work on a face.
+    offsets = near.offsets
+    connectivity = near.connectivity
+    corner_offsets = near.corner_offsets
+    corners = near.corners
+    corner_face = near.corner_face
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             direction[v, 0] = 0.0
@@ -39,7 +46,31 @@ def frame(  # type: ignore[no-untyped-def]
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, v, 0)
+            a00 = 0.0
+            a01 = 0.0
+            a02 = 0.0
+            a11 = 0.0
+            a12 = 0.0
+            a22 = 0.0
+            b0 = 0.0
+            b1 = 0.0
+            b2 = 0.0
+            # 2.1, as metric_tensor has it but for lengths below 1e-70, in half the time.
+            for row in range(corner_offsets[v], corner_offsets[v + 1]):
+                f = corner_face[corners[row]]
+                nx, ny, nz = area_vector(points, offsets, connectivity, f)
+                square = nx * nx + ny * ny + nz * nz
+                if square > 1e-290:
+                    w = 1.0 / np.sqrt(square)
+                    a00 += w * nx * nx
+                    a01 += w * nx * ny
+                    a02 += w * nx * nz
+                    a11 += w * ny * ny
+                    a12 += w * ny * nz
+                    a22 += w * nz * nz
+                    b0 += nx
+                    b1 += ny
+                    b2 += nz
             l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
             if classes.size == 0:
                 k = 3 if l3 >= limits[1] * l1 else 2 if l2 >= limits[0] * l1 else 1
