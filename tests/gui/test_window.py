@@ -583,7 +583,8 @@ def test_a_screenshot_of_any_size(user, ant, tmp_path):
     user.application.write_picture(tmp_path / "a.png", 1500, 700, True, False)
     image = QImage(str(tmp_path / "a.png"))
     assert (image.width(), image.height()) == (1500, 700)
-    pixels = np.frombuffer(image.convertToFormat(QImage.Format.Format_RGBA8888).constBits(), np.uint8)
+    image = image.convertToFormat(QImage.Format.Format_RGBA8888)  # its pixels live as long as it does
+    pixels = np.frombuffer(image.constBits(), np.uint8)
     alpha = pixels.reshape(700, 1500, 4)[..., 3]
     assert alpha[0, 0] == 0
     assert 0.01 < (alpha == 255).mean() < 0.9

@@ -49,7 +49,7 @@ class FeatureDetection(Filter):
     >>> from vtksmooth import FeatureDetection
     >>> cylinder, merged = vtkCylinderSource(resolution=36), vtkCleanPolyData()
     >>> merged.SetInputConnection(cylinder.GetOutputPort())
-    >>> merged.Update()
+    >>> _ = merged.Update()
     >>> detection = FeatureDetection()
     >>> mesh, lines = detection(merged.GetOutput())
     >>> lines.GetNumberOfLines(), detection.summary["vertices"]["ridge"]
