@@ -150,3 +150,15 @@ def test_auto_is_a_value():
     assert detection.ridge_angle == "auto"
     with pytest.raises(ParameterError, match="auto"):
         detection.corner_angle = "much"
+
+
+@pytest.mark.parametrize("sides", [24, 36, 60, 100])
+@pytest.mark.parametrize("triangulated", [False, True])
+def test_the_facets_of_a_coarse_cylinder_are_no_noise(sides, triangulated):
+    cylinder = pv.Cylinder(resolution=sides).clean()
+    if triangulated:
+        cylinder = cylinder.triangulate()
+    detection = FeatureDetection()
+    _, lines = detection(cylinder)
+    assert detection.summary["vertices"]["ridge"] == 2 * sides
+    assert lines.GetNumberOfLines() == 2

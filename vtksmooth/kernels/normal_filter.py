@@ -59,22 +59,77 @@ def _histogram(starts, ends, near, normals, stride):  # type: ignore[no-untyped-
     return bins
 
 
-def noise(near: Adjacency, normals: Float64) -> float:
-    """Return the lower quartile of the dihedral angles, radians: what even the flattest parts have.
+@kernel
+def _histogram_of_unevenness(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
+    # Angles between a face's normal and the mean of those across its edges; only where each has one.
+    bins = np.zeros(8192, np.int64)
+    for part in range(starts.size):
+        first = starts[part] + (-starts[part]) % stride
+        for f in range(first, ends[part], stride):
+            begin = near.offsets[f]
+            end = near.offsets[f + 1]
+            if end - begin < 3 or end - begin > 64:
+                continue
+            x = 0.0
+            y = 0.0
+            z = 0.0
+            count = 0
+            for c in range(begin, end):
+                v = near.connectivity[c]
+                w = near.connectivity[c + 1 if c + 1 < end else begin]
+                for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                    d = near.corners[row]
+                    g = near.corner_face[d]
+                    a = near.offsets[g]
+                    b = near.offsets[g + 1]
+                    after = near.connectivity[d + 1 if d + 1 < b else a]
+                    before = near.connectivity[d - 1 if d > a else b - 1]
+                    if g != f and (after == w or before == w):
+                        x += normals[g, 0]
+                        y += normals[g, 1]
+                        z += normals[g, 2]
+                        count += 1
+            if count != end - begin:
+                continue
+            cx = normals[f, 1] * z - normals[f, 2] * y
+            cy = normals[f, 2] * x - normals[f, 0] * z
+            cz = normals[f, 0] * y - normals[f, 1] * x
+            dot = normals[f, 0] * x + normals[f, 1] * y + normals[f, 2] * z
+            sine = np.sqrt(cx * cx + cy * cy + cz * cz)
+            # Mean of opposite normals: it has no direction.
+            if sine * sine + dot * dot < 1e-6:
+                continue
+            bins[min(8191, int(np.arctan2(sine, dot) * (8192 / np.pi)))] += 1
+    return bins
 
-    Clean models, of which half the edges may be creases or lie on curved faces, have none; Gaussian noise
-    of a tenth of the edge length has some 6 degrees. Measured on every k-th vertex of large meshes.
-    """
-    n = len(near.border)
-    stride = max(1, n // _SAMPLE)
-    bins = sum(parallel.run(_histogram, *parallel.ranges(n), near, normals, stride))
-    below = np.concatenate(([0], np.cumsum(bins)))
+
+def _quartile(bins: list[npt.NDArray[np.int64]]) -> float:
+    below = np.concatenate(([0], np.cumsum(sum(bins))))
     quarter = 0.25 * float(below[-1])
     if quarter == 0.0:
         return 0.0
     at = int(np.searchsorted(below, quarter)) - 1
-    quartile = float(np.pi / _BINS * (at + (quarter - below[at]) / bins[at]))
-    return quartile if quartile <= _NOT_NOISE else 0.0
+    inside = (quarter - below[at]) / (below[at + 1] - below[at])
+    return float(np.pi / _BINS * (at + inside))
+
+
+def noise(near: Adjacency, normals: Float64) -> float:
+    """Return the dihedral angle that noise alone makes in the flattest quarter of the mesh, radians.
+
+    The lower quartile of the dihedral angles: clean models, of which half the edges may be creases, have
+    none; Gaussian noise of a tenth of the edge length has some 6 degrees. But the facets of a coarse
+    cylinder turn too, all alike: there normals lie in the middle of those round them. Noise prevents that, by
+    as much as it makes edges turn, and the smaller of the two measures counts. On every k-th vertex or face
+    of large meshes.
+    """
+    n, m = len(near.border), len(normals)
+    turning = _quartile(parallel.run(_histogram, *parallel.ranges(n), near, normals, max(1, n // _SAMPLE)))
+    if turning > _NOT_NOISE:
+        return 0.0
+    uneven = _quartile(
+        parallel.run(_histogram_of_unevenness, *parallel.ranges(m), near, normals, max(1, m // _SAMPLE))
+    )
+    return min(turning, uneven)
 
 
 @kernel
