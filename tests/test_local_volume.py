@@ -16,6 +16,7 @@ from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth import ParameterError
 from vtksmooth.kernels import adjacency, features, loop, measure, quality
+from vtksmooth.kernels.constraints import local_volume
 from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
 from vtksmooth.kernels.constraints.gate import Gate
@@ -253,3 +254,20 @@ def folded_ring():
     points = sphere.points.copy()
     points[20] = points[20] + 2.5 * (points[30] - points[20]) / np.linalg.norm(points[30] - points[20])
     return sphere.with_points(points)
+
+
+def test_triangles_have_a_kernel_that_agrees_with_the_general_one():
+    mesh = meshes.sheet(12, 10, "triangles", jitter=0.4, bump=2.0, seed=3)
+    random = np.random.default_rng(5)
+    after = mesh.points + 0.3 * random.normal(size=mesh.points.shape)
+    reference = quality.reference_directions(mesh)
+    faces = np.array([0]), np.array([mesh.n_faces])
+    for flux in (np.empty(0), random.normal(size=mesh.n_faces)):
+        expected, swept = np.empty(len(mesh.connectivity)), np.empty(len(mesh.connectivity))
+        area = np.empty((mesh.n_faces, 3))
+        common = (mesh.connectivity, reference, flux)
+        inverted = local_volume._sweep(*faces, mesh.points, after, mesh.offsets, *common, expected)
+        assert inverted > 0
+        assert local_volume._sweep_triangles(*faces, mesh.points, after, *common, swept, area) == inverted
+        np.testing.assert_allclose(swept, expected, atol=1e-14)
+        np.testing.assert_allclose(area, 2.0 * quality.area_vectors(mesh.with_points(after)), atol=1e-13)

@@ -13,7 +13,7 @@ from .. import parallel
 from ..compiled import device, kernel
 from ..quality import area_vectors
 from ..state import State
-from ..swept_volume import sweep_face, volume_gradient
+from ..swept_volume import mean_normal, sweep_face, volume_gradient
 from . import Constraint, Float64, Int64
 from .creases import Creases
 from .deviation_bound import DeviationBound
@@ -48,8 +48,85 @@ def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, 
 
 
 @kernel
-def _answers(starts, ends, points, near, held, direction, answer):  # type: ignore[no-untyped-def]
+def _sweep_triangles(starts, ends, before, after, connectivity, reference, flux, swept, area):  # type: ignore[no-untyped-def]
+    # As _sweep, where all faces are triangles, reading each corner once; and twice their area vectors
+    # afterwards. The sign of a face is found step by step as quality.face_square finds it.
+    inverted = 0
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            p = np.uintp(connectivity[3 * f])
+            q = np.uintp(connectivity[3 * f + 1])
+            r = np.uintp(connectivity[3 * f + 2])
+            ox = before[p, 0]
+            oy = before[p, 1]
+            oz = before[p, 2]
+            qx = before[q, 0]
+            qy = before[q, 1]
+            qz = before[q, 2]
+            rx = before[r, 0]
+            ry = before[r, 1]
+            rz = before[r, 2]
+            px = after[p, 0]
+            py = after[p, 1]
+            pz = after[p, 2]
+            sx = after[q, 0]
+            sy = after[q, 1]
+            sz = after[q, 2]
+            tx = after[r, 0]
+            ty = after[r, 1]
+            tz = after[r, 2]
+            dx = px - ox
+            dy = py - oy
+            dz = pz - oz
+            ex = sx - qx
+            ey = sy - qy
+            ez = sz - qz
+            fx = tx - rx
+            fy = ty - ry
+            fz = tz - rz
+            ax = qx - ox
+            ay = qy - oy
+            az = qz - oz
+            bx = rx - ox
+            by = ry - oy
+            bz = rz - oz
+            nx, ny, nz = mean_normal(ax, ay, az, bx, by, bz, dx, dy, dz, ex, ey, ez, fx, fy, fz)
+            d = (dx * nx + dy * ny + dz * nz) / 24.0
+            e = (ex * nx + ey * ny + ez * nz) / 24.0
+            g = (fx * nx + fy * ny + fz * nz) / 24.0
+            total = d + e + g
+            if flux.size > 0:
+                total -= flux[f] / 3.0
+            swept[3 * f] = d + total
+            swept[3 * f + 1] = e + total
+            swept[3 * f + 2] = g + total
+            ux = sx - px
+            uy = sy - py
+            uz = sz - pz
+            vx = tx - px
+            vy = ty - py
+            vz = tz - pz
+            nx = uy * vz - uz * vy
+            ny = uz * vx - ux * vz
+            nz = ux * vy - uy * vx
+            area[f, 0] = nx
+            area[f, 1] = ny
+            area[f, 2] = nz
+            if nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0:
+                nx = ay * bz - az * by
+                ny = az * bx - ax * bz
+                nz = ax * by - ay * bx
+                inverted += not nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0
+    return inverted
+
+
+@kernel
+def _answers(starts, ends, points, near, held, area, direction, answer):  # type: ignore[no-untyped-def]
     # (10): the derivative of the volume by a step of v along d; 0 if v takes no part; returns how many.
+    # `area`: twice the faces' area vectors, where all are triangles; otherwise empty.
+    corner_offsets = near.corner_offsets
+    corners = near.corners
+    triangles = area.size > 0
     idle = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -59,7 +136,20 @@ def _answers(starts, ends, points, near, held, direction, answer):  # type: igno
             z = direction[v, 2]
             if held[v] or (x == 0.0 and y == 0.0 and z == 0.0):
                 continue
-            gx, gy, gz = volume_gradient(points, near, v)
+            if triangles:
+                gx = 0.0
+                gy = 0.0
+                gz = 0.0
+                for row in range(corner_offsets[v], corner_offsets[v + 1]):
+                    f = np.uintp(corners[row] // 3)
+                    gx += area[f, 0]
+                    gy += area[f, 1]
+                    gz += area[f, 2]
+                gx /= 6.0
+                gy /= 6.0
+                gz /= 6.0
+            else:
+                gx, gy, gz = volume_gradient(points, near, v)
             along = gx * x + gy * y + gz * z
             if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
                 answer[v] = along
@@ -245,6 +335,7 @@ class LocalVolume(Constraint):
         if not state.in_place:
             self._swept, self._answer = np.empty(len(state.topology.connectivity)), np.empty(n)
             self._held = np.zeros(n, np.uint8)
+            self._area = np.empty((m if state.topology.only_triangles else 0, 3))
             self._find_bodies(state)
 
     def _find_bodies(self, state: State) -> None:
@@ -317,12 +408,19 @@ class LocalVolume(Constraint):
             self._left = self._close(state, proposed)
 
     def _sweep(self, state: State, proposed: Float64) -> int:
-        return sum(
-            parallel.run(
-                _sweep, *parallel.ranges(state.topology.n_faces), state.points, proposed,
-                state.topology.offsets, state.topology.connectivity, state.reference, self._flux, self._swept,
-            )
-        )  # fmt: skip
+        topology = state.topology
+        faces = parallel.ranges(topology.n_faces)
+        if len(self._area):
+            inverted = parallel.run(
+                _sweep_triangles, *faces, state.points, proposed,
+                topology.connectivity, state.reference, self._flux, self._swept, self._area,
+            )  # fmt: skip
+        else:
+            inverted = parallel.run(
+                _sweep, *faces, state.points, proposed,
+                topology.offsets, topology.connectivity, state.reference, self._flux, self._swept,
+            )  # fmt: skip
+        return sum(inverted)
 
     def _solve(
         self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
@@ -337,7 +435,9 @@ class LocalVolume(Constraint):
             )
 
         def find_answers() -> bool:
-            return any(parallel.run(_answers, *vertices, proposed, near, self._held, direction, answer))
+            return any(
+                parallel.run(_answers, *vertices, proposed, near, self._held, self._area, direction, answer)
+            )
 
         inverted = 0
         self.residuals = []
