@@ -13,7 +13,7 @@ from .adjacency import Adjacency
 from .compiled import device, kernel
 from .dihedral import FEW, dihedral_angle, face_normals, faces_of_edges
 from .mesh import Mesh
-from .metric_tensor import WEIGHTS, corner_angle, eigen
+from .metric_tensor import WEIGHTS, corner_angle, eigen, metric_tensor
 from .normal_filter import filter_normals, noise
 
 Float64 = npt.NDArray[np.float64]
@@ -77,38 +77,6 @@ class Features(NamedTuple):
 @device
 def _is_sharp(kind, angle, r, ridge_angle):  # type: ignore[no-untyped-def]
     return kind[r] != 0 or angle[r] >= ridge_angle
-
-
-@device
-def _tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-def]
-    # As metric_tensor.metric_tensor, from normals that are there already and may be filtered.
-    a00 = 0.0
-    a01 = 0.0
-    a02 = 0.0
-    a11 = 0.0
-    a12 = 0.0
-    a22 = 0.0
-    b0 = 0.0
-    b1 = 0.0
-    b2 = 0.0
-    for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-        f = near.corner_face[near.corners[row]]
-        n0 = normals[f, 0]
-        n1 = normals[f, 1]
-        n2 = normals[f, 2]
-        w = normals[f, 3]
-        if weight == 1 and w > 0.0:
-            w = corner_angle(points, near, row, n0, n1, n2)
-        a00 += w * n0 * n0
-        a01 += w * n0 * n1
-        a02 += w * n0 * n2
-        a11 += w * n1 * n1
-        a12 += w * n1 * n2
-        a22 += w * n2 * n2
-        b0 += w * n0
-        b1 += w * n1
-        b2 += w * n2
-    return a00, a01, a02, a11, a12, a22, b0, b1, b2
 
 
 @device
@@ -201,12 +169,14 @@ def _classify(  # type: ignore[no-untyped-def]
                     kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
                     if count[r] == 2:
                         angle[ring + r] = dihedral_angle(normals, faces[r, 0], faces[r, 1])
-            a00, a01, a02, a11, a12, a22, b0, b1, b2 = _tensor(points, near, normals, v, weight)
+            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, normals, v, weight)
             if joined:
                 for side in range(2):
                     w = picked[v, side]
                     if w >= 0 and before[w] == 1:
-                        c00, c01, c02, c11, c12, c22, _, _, _ = _tensor(points, near, normals, w, weight)
+                        c00, c01, c02, c11, c12, c22, _, _, _ = metric_tensor(
+                            points, near, normals, w, weight
+                        )
                         a00 += c00
                         a01 += c01
                         a02 += c02

@@ -8,7 +8,8 @@ import numpy.typing as npt
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
-from .mesh import LARGEST_POLYGON, Mesh
+from .dihedral import face_normals
+from .mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 
@@ -17,69 +18,11 @@ WEIGHTS = ("area", "angle")
 
 
 @device
-def corner_normal(points, near, row):  # type: ignore[no-untyped-def]
-    """Return the unit normal and the area of a face, seen from one of its corners.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-    near : Adjacency
-    row : int
-        Position of the corner in ``near.corners``.
-
-    Returns
-    -------
-    n0, n1, n2 : float64
-        Direction of the face's area vector; zero where it has no area. Of a giant some corners, evenly
-        spread, stand for all.
-    area : float64
-    """
-    c = near.corners[row]
-    f = near.corner_face[c]
-    last = near.offsets[f + 1]
-    size = last - near.offsets[f]
-    v = near.connectivity[c]
-    x = points[v, 0]
-    y = points[v, 1]
-    z = points[v, 2]
-    p = near.connectivity[c + 1 if c + 1 < last else c + 1 - size]
-    ax = points[p, 0] - x
-    ay = points[p, 1] - y
-    az = points[p, 2] - z
-    nx = 0.0
-    ny = 0.0
-    nz = 0.0
-    stride = 1 if size <= LARGEST_POLYGON else size // LARGEST_POLYGON
-    step = 1
-    while step < size - 1:
-        step = min(step + stride, size - 1)
-        q = near.connectivity[c + step if c + step < last else c + step - size]
-        bx = points[q, 0] - x
-        by = points[q, 1] - y
-        bz = points[q, 2] - z
-        nx += ay * bz - az * by
-        ny += az * bx - ax * bz
-        nz += ax * by - ay * bx
-        ax = bx
-        ay = by
-        az = bz
-    # By the largest component first: squares of areas would leave the range of float64.
-    largest = max(abs(nx), abs(ny), abs(nz))
-    if largest == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    nx /= largest
-    ny /= largest
-    nz /= largest
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    return nx / length, ny / length, nz / length, 0.5 * largest * length
-
-
-@device
 def corner_angle(points, near, row, n0, n1, n2):  # type: ignore[no-untyped-def]
     """Return the angle of a face at one of its corners, radians; n is the face's normal.
 
-    More than half a turn at reflex corners, where the sides turn against the normal. `row` as in
-    :func:`corner_normal`.
+    More than half a turn at reflex corners, where the sides turn against the normal. `row` is the position
+    of the corner in ``near.corners``.
     """
     c = near.corners[row]
     f = near.corner_face[c]
@@ -106,13 +49,15 @@ def corner_angle(points, near, row, n0, n1, n2):  # type: ignore[no-untyped-def]
 
 
 @device
-def metric_tensor(points, near, v, weight):  # type: ignore[no-untyped-def]
+def metric_tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-def]
     """Return A = sum of w n n^T and b = sum of w n over the faces round v; 2.1.
 
     Parameters
     ----------
     points : (n, 3) float64
     near : Adjacency
+    normals : (m, 4) float64
+        Of the faces, as :func:`~vtksmooth.kernels.dihedral.face_normals` gives them; they may be filtered.
     v : int
     weight : int
         0: w is the area of the face, 1: its angle at v (better on badly graded meshes). A polygon counts
@@ -133,7 +78,11 @@ def metric_tensor(points, near, v, weight):  # type: ignore[no-untyped-def]
     b1 = 0.0
     b2 = 0.0
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-        n0, n1, n2, w = corner_normal(points, near, row)
+        f = near.corner_face[near.corners[row]]
+        n0 = normals[f, 0]
+        n1 = normals[f, 1]
+        n2 = normals[f, 2]
+        w = normals[f, 3]
         if weight == 1 and w > 0.0:
             w = corner_angle(points, near, row, n0, n1, n2)
         a00 += w * n0 * n0
@@ -274,10 +223,10 @@ def eigen(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _eigen_systems(starts, ends, points, near, weight, values, vectors, sums):  # type: ignore[no-untyped-def]
+def _eigen_systems(starts, ends, points, near, normals, weight, values, vectors, sums):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, v, weight)
+            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, normals, v, weight)
             l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
             if x1 * b0 + y1 * b1 + z1 * b2 < 0.0:
                 x1, y1, z1, x2, y2, z2 = -x1, -y1, -z1, -x2, -y2, -z2
@@ -329,6 +278,6 @@ def eigen_systems(mesh: Mesh, near: Adjacency, weight: str = "area") -> tuple[Fl
     values, vectors, sums = np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3))
     parallel.run(
         _eigen_systems, *parallel.ranges(n),
-        mesh.points, near, WEIGHTS.index(weight), values, vectors, sums,
+        mesh.points, near, face_normals(mesh), WEIGHTS.index(weight), values, vectors, sums,
     )  # fmt: skip
     return values, vectors, sums

@@ -14,6 +14,7 @@ from . import parallel
 from .adjacency import Adjacency
 from .compiled import kernel
 from .dihedral import FEW, dihedral_angle, faces_of_edges
+from .mesh import LARGEST_POLYGON
 
 Float64 = npt.NDArray[np.float64]
 
@@ -38,7 +39,7 @@ _BINS = 8192
 
 @kernel
 def _histogram(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
-    bins = np.zeros(8192, np.int64)
+    bins = np.zeros(_BINS, np.int64)
     place = np.empty(0, np.int32)
     faces = np.empty((FEW, 2), np.int32)
     count = np.empty(FEW, np.int32)
@@ -55,20 +56,20 @@ def _histogram(starts, ends, near, normals, stride):  # type: ignore[no-untyped-
                 # From one end, where both ends are looked at.
                 if count[r] == 2 and (stride > 1 or near.ring[near.ring_offsets[v] + r] > v):
                     angle = dihedral_angle(normals, faces[r, 0], faces[r, 1])
-                    bins[min(8191, int(angle * (8192 / np.pi)))] += 1
+                    bins[min(_BINS - 1, int(angle * (_BINS / np.pi)))] += 1
     return bins
 
 
 @kernel
 def _histogram_of_unevenness(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
     # Angles between a face's normal and the mean of those across its edges; only where each has one.
-    bins = np.zeros(8192, np.int64)
+    bins = np.zeros(_BINS, np.int64)
     for part in range(starts.size):
         first = starts[part] + (-starts[part]) % stride
         for f in range(first, ends[part], stride):
             begin = near.offsets[f]
             end = near.offsets[f + 1]
-            if end - begin < 3 or end - begin > 64:
+            if end - begin < 3 or end - begin > LARGEST_POLYGON:
                 continue
             x = 0.0
             y = 0.0
@@ -99,7 +100,7 @@ def _histogram_of_unevenness(starts, ends, near, normals, stride):  # type: igno
             # Mean of opposite normals: it has no direction.
             if sine * sine + dot * dot < 1e-6:
                 continue
-            bins[min(8191, int(np.arctan2(sine, dot) * (8192 / np.pi)))] += 1
+            bins[min(_BINS - 1, int(np.arctan2(sine, dot) * (_BINS / np.pi)))] += 1
     return bins
 
 
