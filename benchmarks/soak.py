@@ -28,6 +28,7 @@ from vtksmooth_gui.controllers.application import Application
 from vtksmooth_gui.model.layer import Layer
 from vtksmooth_gui.model.state import State
 from vtksmooth_gui.settings import Settings
+from vtksmooth_gui.tour import pause
 
 _SWITCHES = (
     "toggle_before",
@@ -63,12 +64,10 @@ class Soak:
 
     def wait(self, seconds: float = 0.0) -> None:
         """Let things happen; with 0 until all is done."""
-        from PySide6.QtTest import QTest
-
-        QTest.qWait(round(1000 * seconds) or 5)
+        pause(seconds or 0.005)
         deadline = time.monotonic() + 120
         while not seconds and not self.application.jobs.idle:
-            QTest.qWait(5)
+            pause(0.005)
             assert time.monotonic() < deadline, "a job does not end"
 
     def now(self) -> dict[Layer, tuple[State, bytes]]:

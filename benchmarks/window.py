@@ -92,6 +92,7 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
     from vtksmooth_gui import start
     from vtksmooth_gui.controllers.application import Application
     from vtksmooth_gui.settings import Settings
+    from vtksmooth_gui.tour import pause
 
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -115,10 +116,10 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
         watch = Watch(view)
 
         def wait() -> None:
-            QTest.qWait(200)
+            pause(0.2)
             while not application.jobs.idle:
-                QTest.qWait(20)
-            QTest.qWait(100)
+                pause(0.02)
+            pause(0.1)
 
         def row(what: str) -> None:
             blocked, drawing = watch.take()
@@ -140,7 +141,7 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
                 frames, began = view.frames, time.perf_counter()
                 QTest.keyClick(window, getattr(Qt.Key, key))
                 while view.frames == frames:
-                    QTest.qWait(1)
+                    pause(0.001)
                 if round_ or application.jobs.idle:
                     switches.append(view.issued - began)
                 wait()
@@ -159,7 +160,7 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
             window.filters.choose(LaplacianSmoothing)
             window.filters.set_values({"iterations": 100_000, "scheme": "cotangent"})
             window.action("apply").trigger()
-            QTest.qWait(1500)
+            pause(1.5)
             running = application.jobs._pool.activeThreadCount()
             began = time.perf_counter()
             window.action("cancel").trigger()

@@ -28,6 +28,19 @@ from .settings import Settings
 _SIZE = (1600, 950)
 
 
+def pause(seconds: float) -> None:
+    """Let the application run for a while, as it does for a user.
+
+    In the event loop proper, which lets go of Python's lock while it waits: QTest.qWait keeps it, and the
+    worker would get a turn only between two waits.
+    """
+    from PySide6.QtCore import QEventLoop, QTimer
+
+    loop = QEventLoop()
+    QTimer.singleShot(round(1000 * seconds), loop.quit)
+    loop.exec()
+
+
 class Tour:
     """A user who takes pictures."""
 
@@ -38,13 +51,11 @@ class Tour:
 
     def wait(self, seconds: float = 0.25) -> None:
         """Wait until all is done and drawn."""
-        from PySide6.QtTest import QTest
-
-        QTest.qWait(round(1000 * seconds))
+        pause(seconds)
         deadline = time.monotonic() + 300
         while not self.application.jobs.idle and time.monotonic() < deadline:
-            QTest.qWait(20)
-        QTest.qWait(round(1000 * seconds))
+            pause(0.02)
+        pause(seconds)
 
     def do(self, *commands: str) -> None:
         """Choose commands from the menus."""
