@@ -58,7 +58,6 @@ COMMANDS: tuple[Command, ...] = (
     Command("undo", "Undo", "Edit", "Ctrl+Z", tool=True),
     Command("redo", "Redo", "Edit", "Ctrl+Shift+Z", tool=True),
     Command("copy_numbers", "Copy Numbers as Markdown", "Edit", "Ctrl+Shift+C"),
-    Command("copy_script", "Copy Log as Python", "Edit", "Ctrl+Shift+L"),
     Command("memory_limit", "Memory of the History…", "Edit"),
     Command("toggle_before", "Before", "View", "Space", "Show the mesh as it was before", False, tool=True),
     Command("split", "Split View", "View", "S", "Before and after side by side", False, tool=True),
@@ -95,9 +94,18 @@ COMMANDS: tuple[Command, ...] = (
     Command("apply", "Apply Filter", "Filters", "Ctrl+Return", "Run the filter on the active layer"),
     Command("cancel", "Cancel", "Filters", "Esc", "Stop what runs; the mesh stays as it was"),
     Command("preview", "Live Preview", "Filters", "Ctrl+P", "Show what the filter would do", False),
+    Command("open_recipe", "Open Recipe…", "Recipe", "Ctrl+Shift+O", "A recipe for the active layer"),
+    Command("save_recipe", "Save Recipe…", "Recipe", "Ctrl+Alt+S", "As JSON, or as a script"),
+    Command("run_recipe", "Run Recipe", "Recipe", "Ctrl+R", "Run what was edited, from there on"),
+    Command("revert_recipe", "Revert", "Recipe", tip="Forget the edits that have not been run"),
+    Command("copy_script", "Copy as VTK Script", "Recipe", "Ctrl+Shift+L"),
+    Command("copy_pyvista", "Copy as PyVista Script", "Recipe"),
+    Command("copy_command", "Copy as Command Line", "Recipe"),
+    Command("batch", "Batch…", "Recipe", "Ctrl+Shift+B", "A recipe on many files"),
+    Command("report", "Report…", "Recipe", "Ctrl+Shift+R", "A page with pictures, measures and the recipe"),
     Command("cheat_sheet", "Keyboard Shortcuts", "Help", "H"),
     Command("about", "About", "Help", tip="Versions, for a report of a defect"),
 )  # fmt: skip
 
 #: The menus in their order.
-MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Help")
+MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Recipe", "Help")

@@ -39,8 +39,16 @@ TOP = len(FOREIGN) - 1
 GUI = ROOT / "gui"
 #: What each part of the application may import besides itself, numpy and the standard library.
 GUI_PARTS = {
-    "model": {"vtkmodules", "vtksmooth.errors", "vtksmooth.filters", "vtksmooth.kernels"},
-    "views": {"vtkmodules", "PySide6", "pyvistaqt", "pyqtgraph", "vtksmooth.filters", "vtksmooth.kernels"},
+    "model": {"vtkmodules", "vtksmooth.errors", "vtksmooth.filters", "vtksmooth.kernels", "vtksmooth.recipe"},
+    "views": {
+        "vtkmodules",
+        "PySide6",
+        "pyvistaqt",
+        "pyqtgraph",
+        "vtksmooth.filters",
+        "vtksmooth.kernels",
+        "vtksmooth.recipe",
+    },
     "controllers": {"PySide6", "vtksmooth"},
     "": {"PySide6", "pyvista", "vtksmooth"},
 }

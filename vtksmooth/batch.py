@@ -13,7 +13,7 @@ from .files import READABLE, WRITABLE, read_surface, write_surface
 from .filters import Filter
 from .pages import tables
 from .pages.measures import BeforeAfter, measure
-from .pages.page import make_page
+from .pages.page import make_page, said
 from .pages.writing import write_page
 from .recipe import Recipe, Result
 
@@ -77,7 +77,9 @@ class Outcome:
         """Write a report of the result; the extension of `path` chooses the format."""
         assert self.measured is not None, "the job was done"
         names = self.job.source.name, self.job.target.name
-        write_page(make_page(self.measured, names, recipe, self.results), path)
+        done = {result.index: said(result.algorithm) for result in self.results}
+        did = [done.get(index, "") for index in range(len(recipe))]
+        write_page(make_page(self.measured, names, recipe, did), path)
         self.page = path
 
     def release(self) -> None:
@@ -232,32 +234,36 @@ def attempt(
     return outcome
 
 
-_HEAD = ["file", "min k", "mean k", "inverted", "deviation, %", "volume", "change, %", "seconds"]
+#: The columns of a table of outcomes.
+HEAD = ["file", "min k", "mean k", "inverted", "deviation, %", "volume", "change, %", "seconds"]
+
+
+def row(outcome: Outcome) -> list[str]:
+    """Return what a table of outcomes says of one of them; see :data:`HEAD`."""
+    name, seconds = outcome.job.source.name, f"{outcome.seconds:.2f}"
+    if outcome.measured is None:
+        return [name, "failed", *["-"] * (len(HEAD) - 3), seconds]
+    before, after = outcome.measured.summaries
+    a, b = before["aspect_ratio"], after["aspect_ratio"]
+    return [
+        name,
+        f"{a['min']:.3f} -> {b['min']:.3f}",
+        f"{a['mean']:.3f} -> {b['mean']:.3f}",
+        f"{before['inverted']} -> {after['inverted']}",
+        tables.number(after["deviation"]["max_relative"], 100.0),
+        f"{tables.volume(before)} -> {tables.volume(after)}" if before["closed"] else "open",
+        tables.volume_change(after),
+        seconds,
+    ]
 
 
 def table(outcomes: Sequence[Outcome]) -> list[str]:
     """Return a table of all outcomes in Markdown, and what went wrong under it."""
-    rows = []
-    for outcome in outcomes:
-        name, seconds = outcome.job.source.name, f"{outcome.seconds:.2f}"
-        if outcome.measured is None:
-            rows.append([name, "failed", *["-"] * (len(_HEAD) - 3), seconds])
-            continue
-        before, after = outcome.measured.summaries
-        a, b = before["aspect_ratio"], after["aspect_ratio"]
-        rows.append(
-            [
-                name,
-                f"{a['min']:.3f} -> {b['min']:.3f}",
-                f"{a['mean']:.3f} -> {b['mean']:.3f}",
-                f"{before['inverted']} -> {after['inverted']}",
-                tables.number(after["deviation"]["max_relative"], 100.0),
-                f"{tables.volume(before)} -> {tables.volume(after)}" if before["closed"] else "open",
-                tables.volume_change(after),
-                seconds,
-            ]
-        )
     # What files are to blame for names them already.
     names = [f"{o.job.source.name}: " * (o.job.source.name not in o.error) for o in outcomes]
     failed = [f"{name}{o.error}" for name, o in zip(names, outcomes, strict=True) if o.error]
-    return [*tables.markdown(_HEAD, rows), *([""] if failed else []), *failed]
+    return [
+        *tables.markdown(HEAD, [row(outcome) for outcome in outcomes]),
+        *([""] if failed else []),
+        *failed,
+    ]

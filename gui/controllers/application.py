@@ -11,7 +11,7 @@ from PySide6.QtGui import QCloseEvent, QColor, QGuiApplication, QImage, QPainter
 from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog, QMessageBox
 
 from ..commands import COMMANDS
-from ..model import numbers, script
+from ..model import numbers
 from ..model.document import Document
 from ..model.layer import Layer, Role
 from ..settings import Settings
@@ -19,10 +19,12 @@ from ..views.about import About
 from ..views.cheat_sheet import CheatSheet
 from ..views.main_window import MainWindow
 from ..views.screenshot import ScreenshotDialog
+from .batches import Batches
 from .display import Display
 from .files import Files
 from .filtering import Filtering
 from .jobs import Jobs
+from .recipes import Recipes
 
 #: Switches whose position is remembered.
 _REMEMBERED = ("dark", "edges", "bands", "parallel", "bad_faces", "papers_bins")
@@ -41,6 +43,8 @@ class Application(QObject):
         self.files = Files(self.document, self.window, self.jobs, settings)
         self.filtering = Filtering(self.document, self.window, self.jobs, settings)
         self.display = Display(self.document, self.window, self.jobs, settings)
+        self.recipes = Recipes(self.document, self.window, self.jobs, settings)
+        self.batches = Batches(self.recipes.draft, self.window, self.jobs, settings)
         self.filtering.previewed.connect(self.display.set_preview)
         own = self.display.commands()
         for command in COMMANDS:
@@ -57,19 +61,18 @@ class Application(QObject):
         self.refresh()
 
     def _handler(self, id: str) -> Callable[..., Any]:
-        for controller in (self, self.files, self.filtering, self.display):
+        for controller in (self, self.files, self.filtering, self.display, self.recipes, self.batches):
             method = getattr(controller, id, None)
             if method is not None:
                 return lambda *_: method()
         raise LookupError(f"No controller has the command {id}.")
 
     def refresh(self) -> None:
-        """Show layers, history and log as they are now."""
+        """Show layers and history as they are now."""
         document, window = self.document, self.window
         layer = document.active
         window.layers.show_layers(document.layers, layer)
         window.history.show_history(document.history)
-        window.log.show_lines(script.script(document))
         window.action("undo").setEnabled(document.history.can_undo)
         window.action("redo").setEnabled(document.history.can_redo)
         for id in ("save", "save_as", "close_layer", "copy_numbers", "screenshot"):
@@ -105,11 +108,6 @@ class Application(QObject):
         if layer is not None and subject is not None:
             QGuiApplication.clipboard().setText(numbers.markdown(layer.name, numbers.rows(subject)))
             self.window.notification.say("The numbers are on the clipboard, as a Markdown table.")
-
-    def copy_script(self) -> None:
-        """Put the log on the clipboard."""
-        QGuiApplication.clipboard().setText("\n".join(script.script(self.document)) + "\n")
-        self.window.notification.say("The log is on the clipboard, as a Python program.")
 
     def memory_limit(self) -> None:
         """Ask how much memory the history may take."""

@@ -8,14 +8,14 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from vtksmooth.filters import Filter
+from vtksmooth.pages.page import said
 
 from ..model import numbers
 from ..model.document import Document
-from ..model.history import Filtered
 from ..model.layer import Layer
 from ..model.state import State
 from ..settings import Settings
-from ..views.filter_panel import title
+from ..views.filter_form import title
 from ..views.main_window import MainWindow
 from .files import explain
 from .jobs import Context, Jobs
@@ -126,16 +126,16 @@ class Filtering(QObject):
             self._window.notification.say("The mesh has changed meanwhile; nothing was applied.", "warning")
             return
         report = str(getattr(algorithm, "report", "") or numbers.line(algorithm.figures))
-        made_by = Filtered(request.cls, request.values, tuple(request.states), seconds, report)
+        step, sources = self._document.step(request.layer, request.cls, request.values, request.states[1:])
         outputs = [algorithm.GetOutput(port) for port in range(len(request.cls.outputs))]
         given = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in request.values.items())
         name = f"{title(request.cls)} on {request.layer.name}" + (f": {given}" if given else "")
-        self._document.apply(request.layer, outputs, made_by, name)
+        self._document.apply(request.layer, outputs, step, sources, name, said(algorithm), report)
         notes: list[str] = getattr(algorithm, "notes", [])
-        said = (
+        words = (
             f"{title(request.cls)}: {report}" if report else f"{title(request.cls)} done in {seconds:.2f} s."
         )
-        self._window.notification.say(" ".join([said, *notes]), "warning" if notes else "note")
+        self._window.notification.say(" ".join([words, *notes]), "warning" if notes else "note")
         self.applied.emit()
 
     @Slot(object)

@@ -21,10 +21,19 @@ Work = Callable[["Context"], Any]
 
 
 class Context:
-    """What a job may do: run filters, tell its progress, learn that it was cancelled."""
+    """What a job may do: run filters, tell its progress, learn that it was cancelled.
 
-    def __init__(self, tell: Callable[[float, str], None]) -> None:
-        self._tell = tell
+    Attributes
+    ----------
+    send : callable
+        Hands over a part of the result before the job is done.
+    cancelled : bool
+    """
+
+    def __init__(self, tell: Callable[[float, str], None], send: Callable[[Any], None]) -> None:
+        self._told = tell
+        self.send = send
+        self._part = (0.0, 1.0, "")
         self._lock = threading.Lock()
         self._running: Any = None
         self.cancelled = False
@@ -45,6 +54,15 @@ class Context:
                 self._running = None
             algorithm.RemoveObserver(observer)
         return algorithm
+
+    def part(self, number: int, count: int, what: str = "") -> None:
+        """Say that what comes next is one of `count` equal parts; `what` is said before its progress."""
+        self._part = (number / count, 1.0 / count, what)
+        self.tell(0.0, "")
+
+    def _tell(self, fraction: float, what: str) -> None:
+        begin, share, before = self._part
+        self._told(begin + share * fraction, f"{before}{what}")
 
     def check(self) -> None:
         """Raise Cancelled if the job was cancelled."""
@@ -72,6 +90,8 @@ class Job(QObject):
     """
 
     progressed = Signal(float, str)
+    #: A part of the result.
+    sent = Signal(object)
     done = Signal(object)
     failed = Signal(object)
     stopped = Signal()
@@ -79,14 +99,16 @@ class Job(QObject):
     ended = Signal(object)
 
     _told = Signal(float, str)
+    _part = Signal(object)
     _ended = Signal(object, object)
 
     def __init__(self, work: Work) -> None:
         super().__init__()
         self.work = work
-        self.context = Context(self._told.emit)
+        self.context = Context(self._told.emit, self._part.emit)
         self.over = False
         self._told.connect(self._progress, Qt.ConnectionType.QueuedConnection)
+        self._part.connect(self._receive, Qt.ConnectionType.QueuedConnection)
         self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
 
     def cancel(self) -> None:
@@ -100,6 +122,11 @@ class Job(QObject):
     def _progress(self, fraction: float, what: str) -> None:
         if not self.over:
             self.progressed.emit(fraction, what)
+
+    @Slot(object)
+    def _receive(self, part: Any) -> None:
+        if not self.over:
+            self.sent.emit(part)
 
     @Slot(object, object)
     def _end(self, result: Any, error: BaseException | None) -> None:

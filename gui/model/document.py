@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from vtksmooth import recipe
+from vtksmooth.filters import Filter
+
 from .event import Event
-from .history import Filtered, History, Opened, Step
+from .history import History, Step
 from .layer import Layer, Role
-from .state import State
+from .state import Source, State
 
 
 class Document:
@@ -60,23 +65,108 @@ class Document:
         """Add a mesh that has been read from `path`."""
         state = State(mesh)
         layer = self._new_layer(path.stem, state)
-        layer.path, layer.saved = path, state
-        self._do(Step(f"Open {path.name}", {layer: (None, state)}, Opened(path)))
+        layer.source, layer.path, layer.saved = path, path, state
+        self._do(Step(f"Open {path.name}", {layer: (None, state)}))
         if self.active is None or self.active.role is not Role.MESH:
             self.active = layer
         self.changed.emit()
         return layer
 
-    def apply(self, layer: Layer, outputs: list[Any], made_by: Filtered, title: str) -> None:
-        """Give `layer` the first output of a filter; further outputs become layers."""
-        changes: dict[Layer, tuple[State | None, State | None]] = {layer: (layer.state, State(outputs[0]))}
-        for name, mesh in zip(made_by.cls.outputs[1:], outputs[1:], strict=True):  # type: ignore[attr-defined]
+    def step(
+        self, layer: Layer, cls: type[Filter], values: Mapping[str, Any], further: Sequence[State]
+    ) -> tuple[recipe.Step, dict[Source, State]]:
+        """Return a filter as a step of the recipe of `layer`, and the meshes of its `further` inputs."""
+        assert layer.state is not None
+        taken: dict[Source, State] = {recipe.ORIGINAL: layer.opened, **layer.state.sources}
+        inputs: dict[str, Source] = {}
+        for name, state in zip(cls.inputs[1:], further, strict=True):
+            inputs[name] = self.source(state, taken)
+            taken[inputs[name]] = state
+        used = {source: taken[source] for source in inputs.values() if source != recipe.ORIGINAL}
+        return recipe.Step(cls.command, values, inputs), used
+
+    def source(self, state: State, taken: Mapping[Source, State]) -> Source:
+        """Return what a recipe calls a mesh: the file it was opened from, else a role.
+
+        Names that are `taken` by other meshes are not used.
+        """
+        known = next((source for source, other in taken.items() if other is state), None)
+        if known is not None:
+            return known
+        owner = next((layer for layer in self._layers if state in (layer.state, layer.opened)), None)
+        if owner is not None and owner.source is not None and state is owner.opened:
+            path = owner.source.absolute()
+            if path not in taken:
+                return path
+        word = "mesh" if owner is None else owner.name
+        names = itertools.chain([word], (f"{word} {number}" for number in itertools.count(2)))
+        return next(name for name in names if name not in taken)
+
+    def apply(
+        self,
+        layer: Layer,
+        outputs: Sequence[Any],
+        step: recipe.Step,
+        sources: Mapping[Source, State],
+        title: str,
+        did: str = "",
+        summary: str = "",
+    ) -> None:
+        """Give `layer` the first output of a recipe's step; further outputs become layers.
+
+        Parameters
+        ----------
+        step, sources
+            As :meth:`step` makes them.
+        did, summary : str
+            What it did: for reports, and for the history.
+        """
+        before = layer.state
+        assert before is not None
+        after = State(
+            outputs[0],
+            recipe=before.recipe.added(step),
+            sources={**before.sources, **sources},
+            did=(*before.did, did),
+        )
+        changes: dict[Layer, tuple[State | None, State | None]] = {layer: (before, after)}
+        for name, mesh in zip(step.cls.outputs[1:], outputs[1:], strict=True):
             state = State(mesh)
             added = self._new_layer(f"{layer.name} {name}", state)
             added.role = Role.REFERENCE
             changes[added] = (None, state)
-        self._do(Step(title, changes, made_by))
+        self._do(Step(title, changes, summary))
         self.changed.emit()
+
+    def replay(self, layer: Layer, states: Sequence[State], title: str, summary: str = "") -> None:
+        """Give `layer` the last of the `states` that a recipe made, one after the other."""
+        self._do(Step(title, {layer: (layer.state, states[-1])}, summary, tuple(states[:-1])))
+        self.changed.emit()
+
+    def reached(
+        self, layer: Layer, wanted: recipe.Recipe, sources: Mapping[Source, State]
+    ) -> tuple[int, State]:
+        """Return the first step of a recipe that has to be run, and the mesh that it is to be run on.
+
+        What has been made of `layer` before by the same steps of the same meshes is not made again.
+        """
+        steps = wanted.enabled
+        best, mesh = 0, layer.opened
+        for step in self.history.steps:
+            for state in (*step.changes[layer], *step.between) if layer in step.changes else ():
+                done = [one for _, one in state.recipe.enabled] if state is not None else []
+                if (
+                    best < len(done) <= len(steps)
+                    and not done[-1].cls.measures
+                    and done == [one for _, one in steps[: len(done)]]
+                    and all(
+                        source == recipe.ORIGINAL or state.sources[source] is sources.get(source)
+                        for one in done
+                        for source in one.inputs.values()
+                    )
+                ):
+                    best, mesh = len(done), state
+        return (steps[best - 1][0] + 1 if best else 0), mesh
 
     def close(self, layer: Layer) -> None:
         """Take a layer out; undo brings it back."""

@@ -2,46 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 from .layer import Layer
 from .state import State
 
 #: Memory that states may take before the oldest are given up, bytes.
 DEFAULT_LIMIT = 2 << 30
-
-
-@dataclass(frozen=True, eq=False)
-class Opened:
-    """A file was read."""
-
-    path: Path
-
-
-@dataclass(frozen=True, eq=False)
-class Filtered:
-    """A filter ran.
-
-    Attributes
-    ----------
-    cls : type
-        The filter's class.
-    parameters : dict
-        Its parameters that are not the defaults.
-    inputs : tuple of State
-    seconds : float
-    summary : str
-        What it did, in one line.
-    """
-
-    cls: type
-    parameters: dict[str, Any]
-    inputs: tuple[State, ...]
-    seconds: float = 0.0
-    summary: str = ""
 
 
 @dataclass(eq=False)
@@ -52,14 +20,30 @@ class Step:
     ----------
     title : str
     changes : dict
-    made_by : Opened, Filtered or None
+    summary : str
+        What it did, in one line.
+    between : tuple of State
+        What a recipe made on the way, to begin there when it is run again.
     """
 
     title: str
     changes: dict[Layer, tuple[State | None, State | None]] = field(default_factory=dict)
-    made_by: Opened | Filtered | None = None
+    summary: str = ""
+    between: tuple[State, ...] = ()
     #: The states have been given up for memory: it cannot be undone any more.
     settled: bool = False
+
+    def settle(self) -> None:
+        """Give up the states."""
+        self.changes = dict.fromkeys(self.changes, (None, None))
+        self.between = ()
+        self.settled = True
+
+    def states(self) -> Iterator[State]:
+        """Yield the states that the step holds."""
+        for change in self.changes.values():
+            yield from (state for state in change if state is not None)
+        yield from self.between
 
 
 class History:
@@ -122,8 +106,9 @@ class History:
     def states(self) -> Iterable[State]:
         """Yield the states that the history holds; some come several times."""
         for step in self.steps:
-            for change in step.changes.values() if not step.settled else ():
-                yield from (state for state in change if state is not None)
+            for state in step.states():
+                yield state
+                yield from state.sources.values()
 
     def needed(self) -> Iterable[State]:
         """Yield the states that must be there whatever the history does."""
@@ -132,6 +117,7 @@ class History:
                 yield layer.opened
                 if layer.state is not None:
                     yield layer.state
+                    yield from layer.state.sources.values()
 
     @property
     def memory(self) -> int:
@@ -147,4 +133,4 @@ class History:
     def settle(self) -> None:
         """Give up the oldest states until the rest is within the limit."""
         while self.memory > self.limit and self.can_undo:
-            self.steps[self.first].settled = True
+            self.steps[self.first].settle()

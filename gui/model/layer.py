@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -25,6 +24,8 @@ class Layer:
     Attributes
     ----------
     name : str
+    source : Path or None
+        File that it was opened from.
     path : Path or None
         File that it came from, or was saved to last.
     opened : State
@@ -37,6 +38,7 @@ class Layer:
 
     name: str
     opened: State
+    source: Path | None = None
     path: Path | None = None
     role: Role = Role.MESH
     visible: bool = True
@@ -47,9 +49,3 @@ class Layer:
     def unsaved(self) -> bool:
         """Whether something has changed since the last save."""
         return self.state is not None and self.state is not self.saved
-
-    @property
-    def variable(self) -> str:
-        """The name in scripts."""
-        word = re.sub(r"\W+", "_", self.name, flags=re.ASCII).strip("_").lower() or "mesh"
-        return word if word[0].isalpha() else f"mesh_{word}"

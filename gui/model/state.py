@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,13 +14,17 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtksmooth.errors import InvalidMeshError
 from vtksmooth.filters.arrays import Surface, points_of, surface_of
 from vtksmooth.filters.base import output_like
+from vtksmooth.recipe import Recipe
 
 from .field import Field
+
+#: What a recipe calls the mesh of a further input: a file, or a role.
+Source = str | Path
 
 
 @dataclass(eq=False, repr=False)
 class State:
-    """A mesh at one moment.
+    """A mesh at one moment, and what made it.
 
     Attributes
     ----------
@@ -29,11 +35,20 @@ class State:
         Values computed on this mesh for overlays, by what they depend on.
     summaries : dict
         Figures computed on this mesh, by what they depend on.
+    recipe : Recipe
+        What made it of the mesh as its layer was opened.
+    sources : mapping of str or Path to State
+        The meshes of the recipe's further inputs.
+    did : tuple of str
+        What each of the recipe's steps did, as a report says it.
     """
 
     mesh: vtkPolyData
     fields: dict[Any, Field | None] = field(default_factory=dict)
     summaries: dict[Any, dict[str, Any]] = field(default_factory=dict)
+    recipe: Recipe = field(default_factory=Recipe)
+    sources: Mapping[Source, State] = field(default_factory=dict)
+    did: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.mesh = output_like(self.mesh)

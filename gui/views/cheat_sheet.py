@@ -19,7 +19,7 @@ def html() -> str:
             for c in COMMANDS
             if c.menu.split(" > ")[0] == menu and c.key
         )
-        column = {"File": 0, "Edit": 0, "Help": 0, "View": 1, "Overlay": 2, "Filters": 0}[menu]
+        column = {"File": 0, "Edit": 0, "Help": 0, "View": 1, "Overlay": 2, "Filters": 0, "Recipe": 1}[menu]
         columns[column].append(f"<h3>{escape(menu)}</h3><table>{rows}</table>" if rows else "")
     columns[0].append(
         "<h3>Mouse</h3><table><tr><td style='padding-right:12px'><b>drag</b></td><td>turn</td></tr>"

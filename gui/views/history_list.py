@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
-from ..model.history import Filtered, History
+from ..model.history import History
 
 
 def megabytes(size: int) -> str:
@@ -36,9 +36,8 @@ class HistoryList(QWidget):
         self.list.clear()
         self._add("Start", "", history.first == 0, history.index == 0, True)
         for number, step in enumerate(history.steps, 1):
-            tip = step.made_by.summary if isinstance(step.made_by, Filtered) else ""
             reachable = number >= history.first
-            self._add(step.title, tip, reachable, number == history.index, number <= history.index)
+            self._add(step.title, step.summary, reachable, number == history.index, number <= history.index)
         self.list.scrollToItem(self.list.item(history.index))
         self.memory.setText(f"{megabytes(history.memory)} of {megabytes(history.limit)}")
 

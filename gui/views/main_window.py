@@ -31,6 +31,7 @@ from .log import Log
 from .mesh_view import MeshView
 from .notification import Notification
 from .numbers_table import NumbersTable
+from .recipe_list import RecipeList
 from .theme import Theme
 from .worst_list import WorstList
 
@@ -61,6 +62,9 @@ class MainWindow(QMainWindow):
         self.histogram, self.worst = Histogram(), WorstList()
         self.history, self.log = HistoryList(), Log()
         self.numbers = NumbersTable(action("copy_numbers"))
+        self.recipe = RecipeList(
+            action("run_recipe"), action("revert_recipe"), (action("open_recipe"), action("save_recipe"))
+        )
         self.hint = QLabel(
             "Drop a mesh here, or open one with Ctrl+O", alignment=Qt.AlignmentFlag.AlignCenter
         )
@@ -174,12 +178,15 @@ class MainWindow(QMainWindow):
                 ("Layers and filter", left, area.LeftDockWidgetArea),
                 ("History", self.history, area.RightDockWidgetArea),
                 ("Numbers", self.numbers, area.RightDockWidgetArea),
+                ("Recipe", self.recipe, area.RightDockWidgetArea),
                 ("Log", self.log, area.RightDockWidgetArea),
                 ("Histogram", self.histogram, area.BottomDockWidgetArea),
                 ("Worst faces", self.worst, area.BottomDockWidgetArea),
             )
         }
         docks = self.docks
+        self.tabifyDockWidget(docks["Numbers"], docks["Recipe"])
+        docks["Numbers"].raise_()
         self.resizeDocks(
             [docks["Layers and filter"], docks["History"]], [310, 340], Qt.Orientation.Horizontal
         )
@@ -200,6 +207,11 @@ class MainWindow(QMainWindow):
         dock.setWidget(widget)
         self.addDockWidget(area, dock)
         return dock
+
+    def show_panel(self, name: str) -> None:
+        """Show one of the panels, before those that share its place."""
+        self.docks[name].show()
+        self.docks[name].raise_()
 
     # -- its own doings ----------------------------------------------------------------------------
 

@@ -1,5 +1,6 @@
 """The model without a window: history, memory, selections."""
 
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 model = pytest.importorskip("vtksmooth_gui.model")
-from vtksmooth.filters import LaplacianSmoothing  # noqa: E402
+from vtksmooth.errors import RecipeError  # noqa: E402
+from vtksmooth.filters import LaplacianSmoothing, SurfaceComparison  # noqa: E402
+from vtksmooth.recipe import ORIGINAL, Recipe  # noqa: E402
+from vtksmooth.recipe import Step as RecipeStep  # noqa: E402
 from vtksmooth_gui.model.document import Document  # noqa: E402
+from vtksmooth_gui.model.draft import Draft  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
-from vtksmooth_gui.model.history import Filtered  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
@@ -26,9 +30,8 @@ def sphere(shift=0.0):
 
 def smooth(document, layer, iterations=1):
     filter = LaplacianSmoothing(iterations=iterations)
-    before = layer.state
-    made_by = Filtered(LaplacianSmoothing, {"iterations": iterations}, (before,))
-    document.apply(layer, [filter(before.input())], made_by, f"{iterations}")
+    step, sources = document.step(layer, LaplacianSmoothing, {"iterations": iterations}, [])
+    document.apply(layer, [filter(layer.state.input())], step, sources, f"{iterations}")
     return layer.state
 
 
@@ -81,9 +84,11 @@ def test_the_memory_limit_gives_up_the_oldest_steps():
     layer = document.open(sphere(), Path("a.ply"))
     step = layer.state.n_points * 3 * 4
     document.set_memory_limit(2 * step)
-    for iterations in range(1, 7):
+    first = weakref.ref(smooth(document, layer, 1))
+    for iterations in range(2, 7):
         smooth(document, layer, iterations)
         assert document.history.memory <= 2 * step
+    assert first() is None
     # Of the states between the first and the last, two fit: those after the fourth and the fifth run.
     assert document.history.first == 5
     last = layer.state
@@ -112,7 +117,139 @@ def test_names_of_layers_are_unique():
     document = Document()
     names = [document.open(sphere(), Path("a.ply")).name for _ in range(3)]
     assert names == ["a", "a 2", "a 3"]
-    assert document.layers[1].variable == "a_2"
+
+
+# -- recipes -------------------------------------------------------------------------------------------
+
+
+def compare(document, layer, with_state):
+    return document.step(layer, SurfaceComparison, {}, [with_state])
+
+
+def test_a_state_knows_the_recipe_that_made_it():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    made = [layer.state, smooth(document, layer, 1), smooth(document, layer, 2)]
+    for count, state in enumerate(made):
+        assert [step.parameters["iterations"] for step in state.recipe.steps] == [1, 2][:count]
+        assert np.array_equal(pv.wrap(state.recipe.run(layer.opened.mesh)).points, state.points)
+    document.undo()
+    assert layer.state.recipe is made[1].recipe
+
+
+def test_further_inputs_have_names_that_mean_one_mesh():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    other = document.open(sphere(1.0), Path("b.ply"))
+    smooth(document, layer)
+    step, sources = compare(document, layer, layer.opened)
+    assert (step.inputs["original"], sources) == (ORIGINAL, {})
+    step, sources = compare(document, layer, other.state)
+    assert (step.inputs["original"], sources) == (
+        Path("b.ply").absolute(),
+        {Path("b.ply").absolute(): other.opened},
+    )
+    # What was changed is no file any more, and what was changed once more is another mesh.
+    for role in ("b", "b 2"):
+        smooth(document, other)
+        step, sources = compare(document, layer, other.state)
+        assert (step.inputs["original"], sources) == (role, {role: other.state})
+        document.apply(layer, [layer.state.mesh], step, sources, "compared")
+    assert list(layer.state.sources) == ["b", "b 2"]
+    named = document.open(sphere(2.0), Path("original.ply"))
+    smooth(document, named)
+    assert compare(document, layer, named.state)[0].inputs["original"] == "original 2"
+
+
+EDITS = [
+    ("switched", 0, False), ("switched", 1, False), ("switched", 2, False), ("moved", 0, 2), ("moved", 2, 1),
+    ("removed", 0), ("removed", 2), ("changed", 1), ("changed", 2), ("added",),
+]  # fmt: skip
+
+
+def edit(recipe, kind, *arguments):
+    if kind == "changed":
+        return recipe.changed(*arguments, iterations=7)
+    if kind == "added":
+        return recipe.added(RecipeStep("laplacian", {"iterations": 4}))
+    return getattr(recipe, kind)(*arguments)
+
+
+@pytest.mark.parametrize("change", EDITS, ids=lambda change: " ".join(map(str, change)))
+def test_running_again_begins_where_nothing_has_changed(change):
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    for iterations in (1, 2, 3):
+        smooth(document, layer, iterations)
+    wanted = edit(layer.state.recipe, *change)
+    first, begin = document.reached(layer, wanted, {})
+    shared = wanted.first_difference(layer.state.recipe)
+    assert first == min(shared, len(wanted))
+    mesh = begin.mesh
+    for result in wanted.results(layer.opened.mesh, start=first, current=begin.mesh):
+        mesh = result.mesh
+    assert np.array_equal(pv.wrap(mesh).points, pv.wrap(wanted.run(layer.opened.mesh)).points)
+
+
+def test_other_meshes_are_other_results():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    others = [document.open(sphere(shift), Path("b.ply")) for shift in (1.0, 2.0)]
+    recipe = Recipe([RecipeStep("compare", {}, {"original": "b"}), RecipeStep("laplacian")])
+    state = State(sphere(), recipe=recipe, sources={"b": others[0].state})
+    document.replay(layer, [state], "")
+    assert document.reached(layer, recipe, {"b": others[0].state}) == (2, state)
+    assert document.reached(layer, recipe, {"b": others[1].state}) == (0, layer.opened)
+    assert document.reached(layer, recipe, {}) == (0, layer.opened)
+
+
+def test_what_only_measures_is_nothing_to_begin_at():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    recipe = Recipe([RecipeStep("laplacian"), RecipeStep("quality")])
+    smoothed = State(sphere(), recipe=Recipe(recipe.steps[:1]))
+    document.replay(layer, [smoothed, State(sphere(), recipe=recipe)], "")
+    assert document.reached(layer, recipe, {}) == (1, smoothed)
+
+
+def test_edits_stay_with_their_layer_until_they_are_dropped():
+    document = Document()
+    draft = Draft(document)
+    assert (len(draft.recipe), draft.edited) == (0, False)
+    layer = document.open(sphere(), Path("a.ply"))
+    other = document.open(sphere(), Path("b.ply"))
+    smooth(document, layer)
+    draft.set(draft.recipe.changed(0, iterations=5))
+    assert (draft.edited, draft.first_to_run) == (True, 0)
+    document.activate(other)
+    assert (len(draft.recipe), draft.edited) == (0, False)
+    document.activate(layer)
+    smooth(document, layer, 2)
+    assert draft.recipe.steps[0].parameters["iterations"] == 5
+    draft.set(layer.state.recipe)
+    assert not draft.edited
+    draft.set(draft.recipe.removed(0))
+    draft.drop(layer)
+    assert draft.recipe is layer.state.recipe
+
+
+def test_roles_are_found_among_the_layers():
+    document = Document()
+    draft = Draft(document)
+    document.open(sphere(), Path("a.ply"))
+    draft.set(Recipe([RecipeStep("containment")]))
+    with pytest.raises(RecipeError, match="role 'installation'"):
+        draft.meshes()
+    space = document.open(sphere(), Path("b.ply"))
+    document.set_role(space, Role.SPACE)
+    assert draft.meshes() == {"installation": space.state}
+    by_name = Recipe([RecipeStep("compare", {}, {"original": "b"})])
+    assert draft.meshes(by_name) == {"b": space.state}
+    by_file = Recipe([RecipeStep("compare", {}, {"original": Path("b.ply").absolute()})])
+    assert draft.meshes(by_file) == {Path("b.ply").absolute(): space.opened}
+    elsewhere = Recipe([RecipeStep("compare", {}, {"original": Path("c.ply")})])
+    assert draft.meshes(elsewhere) == {}
+    assert [source for _, source, _ in draft.offers()][:2] == [ORIGINAL, Path("b.ply").absolute()]
 
 
 @pytest.mark.parametrize("kind", ["triangles", "mixed"])

@@ -245,21 +245,6 @@ def test_closing_a_layer_can_be_undone(user, ant):
     assert [layer.name for layer in user.document.layers] == ["ant"]
 
 
-def test_the_log_is_a_program_that_gives_the_same_points(user, ant):
-    user.drop(ant)
-    user.apply(TrapeziumDrawing, iterations=3)
-    user.apply(LaplacianSmoothing, iterations=2, scheme="taubin")
-    user.apply(TrapeziumDrawing, iterations=9)
-    user.do("undo")
-    scope = {}
-    exec(user.window.log.toPlainText(), scope)
-    assert same_points(scope["ant_2"], user.mesh)
-    user.do("copy_script")
-    from PySide6.QtGui import QGuiApplication
-
-    assert QGuiApplication.clipboard().text().rstrip() == user.window.log.toPlainText()
-
-
 # -- overlays ------------------------------------------------------------------------------------------
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 from ..filters import SurfaceComparison, SurfaceQuality
-from ..recipe import Recipe, Result
+from ..recipe import Recipe
 from . import histogram, pictures, tables
 from .measures import BeforeAfter
 
@@ -62,7 +63,7 @@ def make_page(
     measured: BeforeAfter,
     names: tuple[str, str],
     recipe: Recipe | None = None,
-    results: Sequence[Result] = (),
+    did: Sequence[str] = (),
 ) -> Page:
     """Collect what a report shows.
 
@@ -74,8 +75,8 @@ def make_page(
         The names of the files before and after.
     recipe : Recipe, optional
         What made the result of the original.
-    results : sequence of Result
-        What the recipe's steps did, as far as that is known.
+    did : sequence of str
+        What each of the recipe's steps did (see :func:`said`), if that is known.
     """
     before, after = measured.summaries
     sentences = tables.verdict(before, after)
@@ -93,8 +94,11 @@ def make_page(
     except pictures.NoPicturesError as error:
         sentences.append(f"There are no pictures: {error}.")
     shares = [histogram.shares(k) for k in measured.aspect_ratios]
-    did = {result.index: _did(result.algorithm) for result in results}
-    steps = [(str(s), did.get(i, ""), s.enabled) for i, s in enumerate(recipe.steps if recipe else ())]
+    made_by = recipe.steps if recipe else ()
+    steps = [
+        (str(step), words, step.enabled)
+        for step, words in itertools.zip_longest(made_by, did[: len(made_by)], fillvalue="")
+    ]
     return Page(
         names[0],
         [f"Before: {names[0]}, {tables.counted(before)}", f"After: {names[1]}, {tables.counted(after)}"],
@@ -108,7 +112,7 @@ def make_page(
     )
 
 
-def _did(algorithm: Any) -> str:
+def said(algorithm: Any) -> str:
     """Say what a step did; what the page measures anyway is not said twice."""
     if isinstance(algorithm, SurfaceQuality | SurfaceComparison):
         return ""
