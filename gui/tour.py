@@ -16,12 +16,15 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from PySide6.QtCore import QEventLoop, Qt, QTimer
 
 from vtksmooth import samples
-from vtksmooth.filters import FILTERS, LaplacianSmoothing, TrapeziumDrawing
+from vtksmooth.filters import FILTERS, Filter, LaplacianSmoothing, NullSpaceSmoothing, TrapeziumDrawing
+from vtksmooth.pages.pdf import figures
 
 from . import start  # first of all: it chooses how Qt draws
 from .controllers.application import Application
+from .controllers.recipes import report_maker
 from .model.layer import Role
 from .settings import Settings
 
@@ -34,8 +37,6 @@ def pause(seconds: float) -> None:
     In the event loop proper, which lets go of Python's lock while it waits: QTest.qWait keeps it, and the
     worker would get a turn only between two waits.
     """
-    from PySide6.QtCore import QEventLoop, QTimer
-
     loop = QEventLoop()
     QTimer.singleShot(round(1000 * seconds), loop.quit)
     loop.exec()
@@ -83,9 +84,10 @@ class Tour:
         camera.Dolly(zoom)
         self.window.view.render_soon()
 
-    def picture(self, name: str, widget: Any = None) -> None:
+    def picture(self, name: str, widget: Any = None, at_once: bool = False) -> None:
         """Take a picture of the window."""
-        self.wait()
+        if not at_once:
+            self.wait()
         path = self.output / f"app_{name}.png"
         (widget or self.window).grab().save(str(path))
         self.written.append(path)
@@ -124,6 +126,45 @@ def improve(tour: Tour, folder: Path) -> None:
     tour.do("undo", "redo", "papers_bins", "close_layer")
 
 
+def repeat(tour: Tour, folder: Path) -> None:
+    """Edit the recipe, run it again, run it on many files, and report."""
+    tour.open(scan(folder))
+    tour.turn(25, 0, 1.1)
+    tour.apply(NullSpaceSmoothing, iterations=10)
+    tour.apply(TrapeziumDrawing)
+    tour.apply(LaplacianSmoothing, gate="aspect")
+    tour.window.show_panel("Recipe")
+    steps = tour.window.recipe
+    steps.list.item(2).setCheckState(Qt.CheckState.Unchecked)
+    steps.list.setCurrentRow(1)
+    steps.form.rows["iterations"].set_value(12)
+    tour.picture("recipe")
+    tour.do("run_recipe")
+    layer = tour.document.active
+    assert layer is not None
+    page = report_maker(layer)(Filter.__call__)
+    tour.written.append(tour.output / "app_report.png")
+    figures(page)[0].savefig(tour.written[-1], dpi=75)
+    many = folder / "parts"
+    many.mkdir()
+    for number in range(12):
+        part = samples.channel()[0].rotate_z(30.0 * number)
+        part.save(many / f"part_{number + 1:02}.stl")
+    (many / "part_05.stl").write_text("no mesh")
+    tour.do("batch")
+    dialog = tour.application.batches.dialog
+    dialog.add_sources([many])
+    dialog.output.setText(str(folder / "results"))
+    dialog.start.click()
+    while len(tour.application.batches.outcomes) < 8:
+        pause(0.01)
+    tour.picture("batch", dialog, at_once=True)
+    tour.wait()
+    dialog.close()
+    tour.window.show_panel("Numbers")
+    tour.do("close_layer")
+
+
 def contain(tour: Tour, folder: Path) -> None:
     """Smooth a skin of cells inside its installation space."""
     cls = next((cls for cls in FILTERS if cls.__name__ == "InstallationSpaceSmoothing"), None)
@@ -140,7 +181,7 @@ def contain(tour: Tour, folder: Path) -> None:
         tour.picture("contained")
 
 
-STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, contain)
+STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, repeat, contain)
 
 
 def run(output: Path) -> list[Path]:

@@ -218,11 +218,11 @@ def test_a_defect_in_drawing_is_named(ant, monkeypatch):
 
 def sheets_of(page):
     """The sheets of a PDF; nothing on them may stick out, nor lie on other text."""
-    sheets = pdf._laid_out(page)
+    sheets = pdf.figures(page)
     for sheet in sheets:
-        sheet.figure.canvas.draw()
-        whole = sheet.figure.bbox
-        boxes = [text.get_window_extent() for text in sheet.figure.texts]
+        sheet.canvas.draw()
+        whole = sheet.bbox
+        boxes = [text.get_window_extent() for text in sheet.texts]
         for box in boxes:
             assert whole.x0 <= box.x0
             assert box.x1 <= whole.x1
@@ -255,7 +255,7 @@ def test_a_long_recipe_goes_on_on_further_sheets(ant):
     page = make_page(measure(ant, ant), ("x" * 150, "y" * 150), Recipe(steps))
     sheets = sheets_of(page)
     assert len(sheets) > 1
-    texts = [text.get_text() for sheet in sheets for text in sheet.figure.texts]
+    texts = [text.get_text() for sheet in sheets for text in sheet.texts]
     assert all(f"{i + 1}." in texts for i in range(60))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,9 @@ from vtksmooth.errors import Cancelled, RecipeError, VtksmoothError
 from vtksmooth.files import atomic, read_surface
 from vtksmooth.filters.arrays import point_array_names
 from vtksmooth.pages.measures import measure
-from vtksmooth.pages.page import make_page, said
+from vtksmooth.pages.page import Page, make_page, said
 from vtksmooth.pages.writing import FORMATS, write_page
-from vtksmooth.recipe import Recipe
+from vtksmooth.recipe import Apply, Recipe
 
 from ..model.document import Document
 from ..model.draft import Draft
@@ -36,6 +36,20 @@ JSON, VTK, PYVISTA = "Recipe (*.json)", "VTK script (*.py)", "PyVista script (*.
 def role_files(recipe: Recipe) -> dict[str, str]:
     """Return names of files for the roles of a recipe, for scripts and command lines."""
     return {role: f"{role}.vtp" for role in recipe.sources if not isinstance(role, Path)}
+
+
+def report_maker(layer: Layer) -> Callable[[Apply], Page]:
+    """Return what measures and draws a layer as it is now, beside the mesh as it was opened."""
+    opened, state = layer.opened, layer.state
+    assert state is not None
+    before = layer.source.name if layer.source else f"{layer.name} as opened"
+    after = layer.path.name if layer.path and not layer.unsaved else f"{layer.name} (not saved)"
+
+    def make(run: Apply) -> Page:
+        measured = measure(opened.input(), state.input(), run)
+        return make_page(measured, (before, after), state.recipe, state.did)
+
+    return make
 
 
 class _Replay:
@@ -148,7 +162,7 @@ class Recipes(QObject):
     def _remove(self, index: int) -> None:
         self.draft.set(self.draft.recipe.removed(index))
 
-    @Slot(int, dict)
+    @Slot(int, object)
     def _change(self, index: int, values: dict[str, Any]) -> None:
         self.draft.set(self.draft.recipe.changed(index, **values))
 
@@ -315,28 +329,19 @@ class Recipes(QObject):
         layer = self._document.active
         if layer is None or layer.state is None:
             return None
-        opened, state = layer.opened, layer.state
-        before = layer.source.name if layer.source else f"{layer.name} as opened"
-        after = layer.path.name if layer.path and not layer.unsaved else f"{layer.name} (not saved)"
+        make = report_maker(layer)
 
         def work(context: Context) -> Path:
-            context.part(0, 2, "measuring: ")
-            measured = measure(opened.input(), state.input(), context.run)
-            context.part(1, 2, "drawing")
-            page = make_page(measured, (before, after), state.recipe, state.did)
+            page = make(context.run)
             context.check()
             write_page(page, path)
             return path
 
+        self._window.statusBar().showMessage(f"Writing {path.name} …")
         job = self._jobs.start("report", work)
-        job.progressed.connect(self._report_progress)
         job.done.connect(self._reported)
         job.failed.connect(self._report_failed)
         return job
-
-    @Slot(float, str)
-    def _report_progress(self, fraction: float, what: str) -> None:
-        self._window.statusBar().showMessage(f"Report, {what} …")
 
     @Slot(object)
     def _reported(self, path: Path) -> None:

@@ -140,6 +140,8 @@ class FilterForm(QScrollArea):
 
     def set_targets(self, targets: list[tuple[str, Any]], names: list[str]) -> None:
         """Offer meshes for further inputs, the likeliest first, and names of arrays."""
+        if targets == self._targets and names == self._names:
+            return  # somebody may just be typing in one of the rows
         self._targets, self._names = targets, names
         self._offer()
         for row in self.rows.values():

@@ -24,10 +24,16 @@ from vtksmooth.recipe import Recipe, Step
 
 from .filter_form import FilterForm, title
 
+#: More letters of a value are not shown.
+_LONGEST = 40
+
 
 def parameters(step: Step) -> str:
     """Return the parameters of a step that are not the defaults, as people read them."""
-    return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in step.parameters.items())
+    words = ((name.replace("_", " "), str(value)) for name, value in step.parameters.items())
+    return ", ".join(
+        f"{name} {text if len(text) <= _LONGEST else f'{text[:_LONGEST]}…'}" for name, text in words
+    )
 
 
 class RecipeList(QWidget):
@@ -43,7 +49,7 @@ class RecipeList(QWidget):
     moved = Signal(int, int)
     removed = Signal(int)
     #: A step is to have other parameters.
-    changed = Signal(int, dict)
+    changed = Signal(int, object)
     #: A further input of a step is to be another mesh: number, name, what was offered.
     input_changed = Signal(int, str, object)
     #: Another step is selected.

@@ -65,7 +65,6 @@ def test_twenty_meshes_one_of_them_broken(user, recipe, folder, tmp_path, capsys
 
     dialog = fill(user, recipe, folder, tmp_path / "window")
     seen = set()
-    user.jobs.changed.connect(lambda: None)
     user.application.batches.ended.connect(lambda: seen.add("ended"))
     click(user, dialog.start)
     assert dialog.cancel.isEnabled()

@@ -90,11 +90,12 @@ def write(page: Page, path: Path) -> None:
         PdfPages(path, metadata={"Title": f"{page.title}: before and after smoothing"}) as file,
     ):
         warnings.simplefilter("ignore")  # letters of a file's name that the font has not
-        for sheet in _laid_out(page):
-            file.savefig(sheet.figure)
+        for figure in figures(page):
+            file.savefig(figure)
 
 
-def _laid_out(page: Page) -> list[_Sheet]:
+def figures(page: Page) -> list[Any]:
+    """Return the sheets as matplotlib's figures."""
     sheet = _Sheet()
     sheets = [sheet]
     sheet.lines(f"{page.title}: before and after smoothing", 15, weight="bold")
@@ -134,7 +135,7 @@ def _laid_out(page: Page) -> list[_Sheet]:
     sheet.rule(_MARGIN, _WIDTH - 2 * _MARGIN, "#cccccc")
     sheet.y += 1.5
     sheet.lines(page.footer, 7, color=_GREY)
-    return sheets
+    return [sheet.figure for sheet in sheets]
 
 
 def _pictures(sheet: _Sheet, page: Page) -> None:
