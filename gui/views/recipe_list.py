@@ -164,8 +164,8 @@ class RecipeList(QWidget):
         font.setItalic(to_run)
         font.setStrikeOut(not step.enabled)
         item.setFont(font)
-        palette = self.palette()
-        item.setForeground(palette.text() if step.enabled else palette.placeholderText())
+        grey = None if step.enabled else self.palette().placeholderText()
+        item.setData(Qt.ItemDataRole.ForegroundRole, grey)
         item.setToolTip(did or ("It will be run." if to_run and step.enabled else ""))
 
     def set_progress(self, fraction: float | None, what: str = "") -> None:
