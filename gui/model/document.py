@@ -154,7 +154,9 @@ class Document:
         best, mesh = 0, layer.opened
         for step in self.history.steps:
             for state in (*step.changes[layer], *step.between) if layer in step.changes else ():
-                done = [one for _, one in state.recipe.enabled] if state is not None else []
+                if state is None:
+                    continue
+                done = [one for _, one in state.recipe.enabled]
                 if (
                     best < len(done) <= len(steps)
                     and not done[-1].cls.measures

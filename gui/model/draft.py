@@ -41,24 +41,27 @@ class Draft:
         return None if layer is None else layer.state
 
     @property
+    def _edit(self) -> tuple[Recipe, dict[Source, State]] | None:
+        layer = self._document.active
+        return None if layer is None else self._edits.get(layer)
+
+    @property
     def edited(self) -> bool:
         """Whether there are edits that have not been run."""
-        return self._document.active in self._edits
+        return self._edit is not None
 
     @property
     def recipe(self) -> Recipe:
         """The recipe with its edits."""
-        layer = self._document.active
-        if layer in self._edits:
-            return self._edits[layer][0]
+        if self._edit is not None:
+            return self._edit[0]
         return Recipe() if self.state is None else self.state.recipe
 
     @property
     def sources(self) -> dict[Source, State]:
         """The meshes that have been given to the recipe."""
-        layer = self._document.active
         given = {} if self.state is None else dict(self.state.sources)
-        return given | (self._edits[layer][1] if layer in self._edits else {})
+        return given if self._edit is None else given | self._edit[1]
 
     @property
     def first_to_run(self) -> int:

@@ -199,4 +199,4 @@ class BatchDialog(QDialog):
             self.table.setItem(row, column, item)
         if failed:
             self.table.setSpan(row, 2, 1, self.table.columnCount() - 2)
-        self.table.scrollToItem(self.table.item(row, 0))
+        self.table.scrollTo(self.table.model().index(row, 0))

@@ -95,10 +95,8 @@ def make_page(
         sentences.append(f"There are no pictures: {error}.")
     shares = [histogram.shares(k) for k in measured.aspect_ratios]
     made_by = recipe.steps if recipe else ()
-    steps = [
-        (str(step), words, step.enabled)
-        for step, words in itertools.zip_longest(made_by, did[: len(made_by)], fillvalue="")
-    ]
+    done = itertools.chain(did, itertools.repeat(""))
+    steps = [(str(step), words, step.enabled) for step, words in zip(made_by, done, strict=False)]
     return Page(
         names[0],
         [f"Before: {names[0]}, {tables.counted(before)}", f"After: {names[1]}, {tables.counted(after)}"],
