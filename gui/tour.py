@@ -8,6 +8,7 @@ It does what a user does, in a real window (or under xvfb-run), on meshes that e
 from __future__ import annotations
 
 import argparse
+import contextlib
 import tempfile
 import time
 from collections.abc import Callable
@@ -144,22 +145,23 @@ def repeat(tour: Tour, folder: Path) -> None:
     assert layer is not None
     page = report_maker(layer)(Filter.__call__)
     tour.written.append(tour.output / "app_report.png")
-    figures(page)[0].savefig(tour.written[-1], dpi=75)
+    figures(page)[0].savefig(tour.written[-1], dpi=110)
     many = folder / "parts"
     many.mkdir()
     for number in range(12):
         part = samples.channel()[0].rotate_z(30.0 * number)
         part.save(many / f"part_{number + 1:02}.stl")
     (many / "part_05.stl").write_text("no mesh")
-    tour.do("batch")
-    dialog = tour.application.batches.dialog
-    dialog.add_sources([many])
-    dialog.output.setText(str(folder / "results"))
-    dialog.start.click()
-    while len(tour.application.batches.outcomes) < 8:
-        pause(0.01)
-    tour.picture("batch", dialog, at_once=True)
-    tour.wait()
+    with contextlib.chdir(folder):  # for short names in the picture
+        tour.do("batch")
+        dialog = tour.application.batches.dialog
+        dialog.add_sources([many.name])
+        dialog.output.setText("results")
+        dialog.start.click()
+        while len(tour.application.batches.outcomes) < 8:
+            pause(0.01)
+        tour.picture("batch", dialog, at_once=True)
+        tour.wait()
     dialog.close()
     tour.window.show_panel("Numbers")
     tour.do("close_layer")
@@ -207,7 +209,7 @@ def main() -> None:
         prog="vtksmooth_gui.tour", description="Make the documentation's pictures."
     )
     parser.add_argument("--output", type=Path, default=Path("docs/pictures"), help="folder for the pictures")
-    for path in run(parser.parse_args().output):
+    for path in run(parser.parse_args().output.resolve()):
         print(path)
 
 

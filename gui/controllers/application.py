@@ -46,6 +46,7 @@ class Application(QObject):
         self.recipes = Recipes(self.document, self.window, self.jobs, settings)
         self.batches = Batches(self.recipes.draft, self.window, self.jobs, settings)
         self.filtering.previewed.connect(self.display.set_preview)
+        self.batches.opened.connect(self.files.open_paths)
         own = self.display.commands()
         for command in COMMANDS:
             if command.id not in own:

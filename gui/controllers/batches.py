@@ -30,6 +30,8 @@ class Batches(QObject):
 
     #: A batch has ended, in whatever way.
     ended = Signal()
+    #: Results are to be opened: their paths.
+    opened = Signal(list)
 
     def __init__(self, draft: Draft, window: MainWindow, jobs: Jobs, settings: Settings) -> None:
         super().__init__(window)
@@ -49,6 +51,7 @@ class Batches(QObject):
         dialog.start_wanted.connect(self.start)
         dialog.cancel_wanted.connect(self.cancel)
         dialog.copy_wanted.connect(self.copy)
+        dialog.opened.connect(self._open)
         dialog.output.setText(self._settings.get("batch", ""))
         return dialog
 
@@ -115,7 +118,7 @@ class Batches(QObject):
             inputs = given | {path: read_surface(path)[0] for path in files if path not in given}
             make_folder(output)
             for number, job in enumerate(todo):
-                context.part(number, len(todo), f"{number + 1} of {len(todo)}, {job.source.name}: ")
+                context.part(number, len(todo), f"{number + 1} of {len(todo)}, {job.source.name}")
                 context.send(batch.attempt(recipe, job, inputs, context.run, report=report))
 
         self._todo, self.outcomes = [], []
@@ -184,6 +187,11 @@ class Batches(QObject):
             self._window.notification.say(f"Batch: {said}", "warning" if failed or words else "note")
         self.dialog.copy.setEnabled(bool(self.outcomes))
         self.ended.emit()
+
+    @Slot(int)
+    def _open(self, row: int) -> None:
+        if row < len(self.outcomes) and not self.outcomes[row].error:
+            self.opened.emit([self.outcomes[row].job.target])
 
     @Slot()
     def copy(self) -> None:

@@ -62,7 +62,7 @@ class Context:
 
     def _tell(self, fraction: float, what: str) -> None:
         begin, share, before = self._part
-        self._told(begin + share * fraction, f"{before}{what}")
+        self._told(begin + share * fraction, ": ".join(words for words in (before, what) if words))
 
     def check(self) -> None:
         """Raise Cancelled if the job was cancelled."""

@@ -75,7 +75,7 @@ class _Replay:
         def apply(algorithm: Any, *meshes: Any) -> None:
             nonlocal began
             index = self.todo[began]
-            context.part(began, len(self.todo), f"step {index + 1} of {len(recipe)}: ")
+            context.part(began, len(self.todo), f"step {index + 1} of {len(recipe)}")
             began += 1
             try:
                 context.run(algorithm, *meshes)

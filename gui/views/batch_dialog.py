@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -39,6 +39,8 @@ class BatchDialog(QDialog):
     start_wanted = Signal()
     cancel_wanted = Signal()
     copy_wanted = Signal()
+    #: The result of this row is to be looked at.
+    opened = Signal(int)
 
     def __init__(
         self, head: Sequence[str], formats: Iterable[str], reports: Iterable[str], parent: QWidget
@@ -70,6 +72,8 @@ class BatchDialog(QDialog):
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.horizontalHeader().setStretchLastSection(True)
+        self.table.setToolTip("Double-click a file that is done to open its result as a layer")
+        self.table.cellDoubleClicked.connect(lambda row, _: self.opened.emit(row))
         self.progress = QProgressBar(maximum=1000, textVisible=False)
         self.progress.setFixedHeight(6)
         self.said = QLabel(" ", wordWrap=True)
@@ -191,12 +195,19 @@ class BatchDialog(QDialog):
         """Show a file, its state and its figures; what failed has a reason in place of the figures."""
         for column, text in enumerate(cells):
             item = QTableWidgetItem(text)
-            item.setToolTip(text)
+            if failed:
+                item.setToolTip(text)
             if column > 1 and not failed:
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
             if failed and column:
                 item.setForeground(_FAILED)
+            if failed and column > 1:
+                item.setSizeHint(QSize(0, 0))  # it has the room of all that follow: one needs not be wider
             self.table.setItem(row, column, item)
         if failed:
             self.table.setSpan(row, 2, 1, self.table.columnCount() - 2)
+            # The first two columns may yet grow.
+            room = QRect(0, 0, self.table.viewport().width() - 260, 1000)
+            words = self.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, cells[2])
+            self.table.setRowHeight(row, max(words.height() + 6, self.table.rowHeight(row)))
         self.table.scrollTo(self.table.model().index(row, 0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal, Slot
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -60,6 +60,7 @@ class RecipeList(QWidget):
         self.recipe = Recipe()
         self.list = QListWidget()
         self.list.setWordWrap(True)
+        self.list.setSpacing(1)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
         self.list.itemChanged.connect(self._ticked)
@@ -75,7 +76,11 @@ class RecipeList(QWidget):
         self.progress.setFixedHeight(6)
         self.up = self._button("▲", "Do the step earlier", lambda: self._shift(-1))
         self.down = self._button("▼", "Do the step later", lambda: self._shift(1))
-        self.remove = self._button("✕", "Take the step out", lambda: self.removed.emit(self.row))
+        self.remove = self._button("✕", "Take the step out (Del)", lambda: self.removed.emit(self.row))
+        QShortcut(
+            QKeySequence.StandardKey.Delete, self.list, self.remove.click,
+            context=Qt.ShortcutContext.WidgetShortcut,
+        )  # fmt: skip
         tools = QHBoxLayout()
         for widget in (self.up, self.down, self.remove):
             tools.addWidget(widget)
@@ -101,6 +106,7 @@ class RecipeList(QWidget):
         halves = QSplitter(Qt.Orientation.Vertical)
         halves.addWidget(above)
         halves.addWidget(self.form)
+        halves.setSizes([150, 250])
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addWidget(halves, 1)

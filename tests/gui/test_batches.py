@@ -84,6 +84,11 @@ def test_twenty_meshes_one_of_them_broken(user, recipe, folder, tmp_path, capsys
     ]
     assert len(results[0]) == 19
     assert results[0] == results[1]
+    dialog.table.cellDoubleClicked.emit(7, 0)
+    dialog.table.cellDoubleClicked.emit(3, 0)
+    user.wait()
+    assert [layer.name for layer in user.document.layers] == ["03"]
+    assert user.document.active.source == tmp_path / "window" / "03.ply"
     click(user, dialog.copy)
     # The same table, but for the seconds.
     copied = QGuiApplication.clipboard().text().splitlines()

@@ -172,8 +172,16 @@ def test_steps_change_places(steps):
 def test_a_step_is_taken_out(steps):
     from PySide6.QtCore import Qt
 
-    select(steps, 0)
+    select(steps, 1)
     steps.qtbot.mouseClick(steps.window.recipe.remove, Qt.MouseButton.LeftButton)
+    assert listed(steps) == ["1  Trapezium Drawing"]
+    steps.do("revert_recipe")
+    select(steps, 0)
+    with steps.qtbot.waitActive(steps.window):
+        steps.window.activateWindow()
+    steps.window.recipe.list.setFocus()
+    steps.qtbot.keyClick(steps.window.recipe.list, Qt.Key.Key_Delete)
+    assert listed(steps) == ["1  Laplacian Smoothing"]
     steps.do("run_recipe")
     assert same_points(steps.mesh, LaplacianSmoothing(iterations=2)(before_opened(steps)))
     assert len(steps.document.active.state.recipe) == 1
