@@ -243,7 +243,7 @@ def scale_dependent(points, v, ring, relaxation):
     return mean_step(points, v, ring, [1 / np.linalg.norm(points[q] - points[v]) for q in ring], relaxation)
 
 
-def cotangent(mesh, v, relaxation):
+def cotangent_weights(mesh, v):
     """Faces as fans from v; the weight of an edge is the sum over its faces, negative ones count as 0."""
     points, weight = mesh.points, defaultdict(float)
 
@@ -259,8 +259,12 @@ def cotangent(mesh, v, relaxation):
             for p, q in pairwise(rest):
                 weight[p] += cot(q, v, p)
                 weight[q] += cot(p, v, q)
-    kept = {q: w for q, w in weight.items() if w > 0}
-    return mean_step(points, v, list(kept), list(kept.values()), relaxation)
+    return {q: w for q, w in weight.items() if w > 0}
+
+
+def cotangent(mesh, v, relaxation):
+    weight = cotangent_weights(mesh, v)
+    return mean_step(mesh.points, v, list(weight), list(weight.values()), relaxation)
 
 
 def thin_plate(points, rings, kinds, v, relaxation):

@@ -71,6 +71,7 @@ _EVERYTHING = {
     "weighted": True,
     "eigenvalue_ratios": True,
     "flow": "Flow",
+    "implicit_step": 2.0,
 }
 
 

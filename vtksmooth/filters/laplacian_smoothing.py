@@ -15,6 +15,7 @@ from ..kernels.schemes.angle_weighted import AngleWeighted
 from ..kernels.schemes.area_weighted import AreaWeighted
 from ..kernels.schemes.cotangent import Cotangent
 from ..kernels.schemes.directional import Directional
+from ..kernels.schemes.implicit import Implicit
 from ..kernels.schemes.optimal_delaunay import OptimalDelaunay
 from ..kernels.schemes.pairwise import Pairwise
 from ..kernels.schemes.scale_dependent import ScaleDependent
@@ -42,16 +43,19 @@ class LaplacianSmoothing(SmoothingFilter):
     circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an edge at once,
     so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With
     a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the
-    edge in the tangent plane.
+    edge in the tangent plane. With an implicit step each iteration solves one sparse system, which is as good
+    as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and without a flow, and
+    with every constraint that these have.
 
     Guarantees
     ----------
     Fixed points and, unless it slides, the boundary keep their bits. The pairwise scheme keeps the volume (of
     open meshes: the volume swept is 0) to 1e-14 of it in each iteration; what moves only one vertex does
     not combine with it: gates, tangent plane, back to surface, deviation bound, sliding boundary. The flow's
-    size and sign do not matter. With ``gate="aspect"`` what
-    TrapeziumDrawing guarantees. Plain Laplacian schemes shrink closed surfaces; none of them keeps
-    elements from inverting without a gate.
+    size and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
+    of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
+    With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
+    shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
 
     Examples
     --------
@@ -85,6 +89,12 @@ class LaplacianSmoothing(SmoothingFilter):
     relaxation_factor = Parameter(
         0.5, "Part of the proposed step that is taken (thin-plate diverges above 0.55).", low=0.0, high=1.0
     )
+    implicit_step = Parameter(
+        None,
+        "Solve for the end of a step of this size, which is stable for any; off: explicit steps of "
+        "relaxation_factor.",
+        low=0.0, high=10_000.0, optional=True, type=float,
+    )  # fmt: skip
     pass_band = Parameter(
         0.1, "Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more.",
         low=0.001, high=0.9,
@@ -103,6 +113,13 @@ class LaplacianSmoothing(SmoothingFilter):
         """Return the scheme chosen."""
         kind = self.scheme if self.scheme in KINDS else self.weights
         weights = Weights(kind, self._vectors, self.flow_weight)
+        if self.implicit_step is not None:
+            if self.scheme not in KINDS and self.scheme != "thin-plate":
+                raise ParameterError(
+                    f"The scheme {self.scheme} has no implicit steps; switch implicit_step off, or choose "
+                    f"{', '.join(KINDS)} or thin-plate."
+                )
+            return Implicit(weights, self.implicit_step, thin_plate=self.scheme == "thin-plate")
         if self.scheme == "pairwise":
             return Pairwise(self.relaxation_factor, weights)
         if self.scheme in _FACE_CENTRES:

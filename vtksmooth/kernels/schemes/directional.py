@@ -1,4 +1,4 @@
-"""Laplacian schemes with the weights as such: for directional smoothing."""
+"""Explicit steps of the Laplacian with the weights as such: for directional smoothing."""
 
 from __future__ import annotations
 
@@ -50,14 +50,19 @@ class Directional(Scheme):
     def prepare(self, state: State, turn: int) -> None:
         if self.values is None or not self.weights.constant:
             self.values = self.weights.compute(state.points, state.near, self.values)
+        field = self.innermost(state, self.values, state.points)
+        self.weights.apply(field, state.near, self.values, self.laplacian)
+        if self.thin_plate:
+            # -L(L(p)) has eigenvalues up to 4; the umbrella's thin plate divides by 1 + 1/valence.
+            self.laplacian *= -0.5
+
+    def innermost(self, state: State, values: Float64, field: Float64) -> Float64:
+        """Return what L is applied to last: the field itself, or its own L, which is 0 on the border."""
         if not self.thin_plate:
-            self.weights.apply(state.points, state.near, self.values, self.laplacian)
-            return
-        self.weights.apply(state.points, state.near, self.values, self.first)
+            return field
+        self.weights.apply(field, state.near, values, self.first)
         self.first[state.near.border != 0] = 0.0
-        self.weights.apply(self.first, state.near, self.values, self.laplacian)
-        # -L(L(p)) has eigenvalues up to 4; the umbrella's thin plate divides by 1 + 1/valence.
-        self.laplacian *= -0.5
+        return self.first
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
