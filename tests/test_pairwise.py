@@ -256,6 +256,46 @@ def test_directional_weights_by_hand():
     np.testing.assert_allclose(weights[first : first + 6], expected / expected.sum(), rtol=1e-13)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.2, np.pi / 6])
+def test_along_the_flow_long_waves_go_three_times_as_fast_as_across(angle):
+    # A flat hexagon; heights x^2 and y^2, x along the flow, are what long waves look like from near by.
+    mesh = meshes.fan(6)
+    mesh.points[0] = 0.0
+    near = adjacency.build(mesh)
+    along, across = (
+        np.array([np.cos(angle), np.sin(angle), 0.0]),
+        np.array([-np.sin(angle), np.cos(angle), 0.0]),
+    )
+    for flow_weight, expected in ((0.0, 1.0), (3.0, 13 / 7), (1e9, 3.0)):
+        weights = Weights("umbrella", np.tile(along, (7, 1)), flow_weight)
+        values = weights.compute(mesh.points, near)
+        heights = np.column_stack([(mesh.points @ along) ** 2, (mesh.points @ across) ** 2, np.zeros(7)])
+        laplacian = np.empty_like(heights)
+        weights.apply(heights, near, values, laplacian)
+        assert laplacian[0, 0] / laplacian[0, 1] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_waves_along_the_flow_go_and_those_across_stay(turned):
+    mesh = meshes.sheet(36, 36)
+    x, y, _ = mesh.points.T
+    waves = np.column_stack([np.cos(2 * np.pi * x / 6), np.cos(2 * np.pi * y / 6)])
+    mesh.points[:, 2] = 0.3 * waves.sum(axis=1)
+    middle = (np.abs(x - 18) < 10) & (np.abs(y - 18) < 10)
+    flow = np.tile([0.0, 1.0, 0.0] if turned else [1.0, 0.0, 0.0], (mesh.n_points, 1))
+    rates = {}
+    for flow_weight in (0.0, 3.0, 100.0):
+        scheme = Pairwise(1.0, Weights("umbrella", flow, flow_weight))
+        points, _ = loop.smooth(mesh, scheme, iterations=10)
+        heights = np.linalg.lstsq(waves[middle], points[middle, 2], rcond=None)[0]
+        rates[flow_weight] = np.log(0.3 / (heights[::-1] if turned else heights))
+    assert rates[0.0][0] == pytest.approx(rates[0.0][1], rel=0.2)
+    assert rates[3.0][0] > 2.0 * rates[3.0][1]
+    assert rates[100.0][0] > 4.0 * rates[100.0][1]
+    assert rates[100.0][0] > rates[3.0][0] > rates[0.0][0]
+    assert rates[100.0][1] < rates[3.0][1] < rates[0.0][1]
+
+
 def test_stop_rules_progress_and_cancelling():
     mesh = voxel_torus(6, 3)
     seen = []

@@ -77,7 +77,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         "Scheme; only pairwise keeps the volume.",
         choices=LaplacianSmoothing.scheme.choices,
     )
-    relaxation_factor = Parameter(0.7, "Part of the proposed step that is taken.", low=0.0, high=1.0)
+    relaxation_factor = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
     curvature_radius = Parameter(
         AUTO, "Leave points where the surface is as flat as a sphere of this radius; auto: by the noise.",
         low=0.0, unit="model units", optional=True, automatic=True, type=float,

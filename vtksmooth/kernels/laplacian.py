@@ -133,6 +133,10 @@ class Weights:
     Notes
     -----
     Section 5.2 of the installation-space paper. Rows sum to 1; a row without any weight is 0.
+
+    In a ring of six equilateral triangles cos^2 leaves a quarter of ``sum_j w_ij |e|^2`` across the flow,
+    wherever the edges point: however great mu_flow, L smooths long waves along the flow at most three times
+    as fast as those across it, and operations on edges, whose energy is its square, nine times.
     """
 
     kind: str = "umbrella"
