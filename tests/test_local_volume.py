@@ -264,10 +264,13 @@ def test_triangles_have_a_kernel_that_agrees_with_the_general_one():
     faces = np.array([0]), np.array([mesh.n_faces])
     for flux in (np.empty(0), random.normal(size=mesh.n_faces)):
         expected, swept = np.empty(len(mesh.connectivity)), np.empty(len(mesh.connectivity))
-        area = np.empty((mesh.n_faces, 3))
+        area, volume, expected_volume = np.empty((mesh.n_faces, 3)), np.empty(1), np.empty(1)
         common = (mesh.connectivity, reference, flux)
-        inverted = local_volume._sweep(*faces, mesh.points, after, mesh.offsets, *common, expected)
+        before_and_after = (*faces, mesh.points, after)
+        inverted = local_volume._sweep(*before_and_after, mesh.offsets, *common, expected, expected_volume)
         assert inverted > 0
-        assert local_volume._sweep_triangles(*faces, mesh.points, after, *common, swept, area) == inverted
+        found = local_volume._sweep_triangles(*before_and_after, *common, swept, volume, area)
+        assert found == inverted
+        np.testing.assert_allclose([volume[0], expected_volume[0]], expected.sum(), atol=1e-13)
         np.testing.assert_allclose(swept, expected, atol=1e-14)
         np.testing.assert_allclose(area, 2.0 * quality.area_vectors(mesh.with_points(after)), atol=1e-13)

@@ -42,8 +42,8 @@ class RunReport:
     swept_volume : float
         Volume between the surfaces before and after; for closed meshes the change of the volume.
     volume_residuals : tuple of float
-        With corrections of the local volume, the largest residual before each of the last pass and after the
-        last: volume swept round a vertex, over its part of the area; model units.
+        With corrections of the local volume, the largest residual before each of the last pass and at its
+        end: volume swept round a vertex, over its part of the area; model units.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
     """

@@ -16,31 +16,42 @@ Float64 = npt.NDArray[np.float64]
 FEW = 32
 
 
+@device
+def unit_normal(points, offsets, connectivity, f):  # type: ignore[no-untyped-def]
+    """Return the unit normal of face f and its area; zeros where it has none."""
+    x, y, z = area_vector(points, offsets, connectivity, f)
+    # By the largest component first: squares of areas would leave the range of float64.
+    largest = max(abs(x), abs(y), abs(z))
+    if largest > 0.0:
+        x /= largest
+        y /= largest
+        z /= largest
+        length = np.sqrt(x * x + y * y + z * z)
+        x /= length
+        y /= length
+        z /= length
+        largest *= length
+    return x, y, z, largest
+
+
 @kernel
 def _face_normals(starts, ends, points, offsets, connectivity, normals):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
-            x, y, z = area_vector(points, offsets, connectivity, f)
-            # By the largest component first: squares of areas would leave the range of float64.
-            largest = max(abs(x), abs(y), abs(z))
-            if largest > 0.0:
-                x /= largest
-                y /= largest
-                z /= largest
-                length = np.sqrt(x * x + y * y + z * z)
-                x /= length
-                y /= length
-                z /= length
-                largest *= length
+            x, y, z, area = unit_normal(points, offsets, connectivity, f)
             normals[f, 0] = x
             normals[f, 1] = y
             normals[f, 2] = z
-            normals[f, 3] = largest
+            normals[f, 3] = area
 
 
-def face_normals(mesh: Mesh) -> Float64:
-    """Return each face's unit normal and its area, (m, 4); a face without an area has the normal 0."""
-    normals = np.empty((mesh.n_faces, 4))
+def face_normals(mesh: Mesh, normals: Float64 | None = None) -> Float64:
+    """Return each face's unit normal and its area, (m, 4); a face without an area has the normal 0.
+
+    They are written to `normals` where it is given.
+    """
+    if normals is None:
+        normals = np.empty((mesh.n_faces, 4))
     parallel.run(
         _face_normals, *parallel.ranges(mesh.n_faces),
         mesh.points, mesh.offsets, mesh.connectivity, normals,

@@ -8,10 +8,13 @@ import numpy.typing as npt
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
-from .dihedral import face_normals
+from .dihedral import face_normals, unit_normal
 from .mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
+
+#: The eigenvalue that lies apart, of a matrix of trace 0 and norm sqrt(6), where its determinant is 0.
+_CHORD = float(np.sqrt(3.0))
 
 #: What weighs a face in the tensor: its area, or its angle at the vertex.
 WEIGHTS = ("area", "angle")
@@ -58,6 +61,7 @@ def metric_tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-
     near : Adjacency
     normals : (m, 4) float64
         Of the faces, as :func:`~vtksmooth.kernels.dihedral.face_normals` gives them; they may be filtered.
+        Where they are empty, the faces are read as they are now.
     v : int
     weight : int
         0: w is the area of the face, 1: its angle at v (better on badly graded meshes). A polygon counts
@@ -79,10 +83,13 @@ def metric_tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-
     b2 = 0.0
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
         f = near.corner_face[near.corners[row]]
-        n0 = normals[f, 0]
-        n1 = normals[f, 1]
-        n2 = normals[f, 2]
-        w = normals[f, 3]
+        if normals.size > 0:
+            n0 = normals[f, 0]
+            n1 = normals[f, 1]
+            n2 = normals[f, 2]
+            w = normals[f, 3]
+        else:
+            n0, n1, n2, w = unit_normal(points, near.offsets, near.connectivity, f)
         if weight == 1 and w > 0.0:
             w = corner_angle(points, near, row, n0, n1, n2)
         a00 += w * n0 * n0
@@ -123,11 +130,77 @@ def _isolated_vector(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-d
 
 
 @device
+def _apart(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
+    """Return whether the eigenvalue that lies apart from the other two is the largest, and its unit vector.
+
+    Of a matrix whose largest entry is 1. From the cubic equation, where this root is exact to rounding. The
+    vector is 0 where all three are equal.
+    """
+    mean = (a00 + a11 + a22) / 3.0
+    d0 = a00 - mean
+    d1 = a11 - mean
+    d2 = a22 - mean
+    p = np.sqrt((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12)) / 6.0)
+    if p <= 1e-150:
+        return True, 0.0, 0.0, 0.0
+    # B = (A - mean) / p has the eigenvalues 2 cos(angle + 2 pi i / 3) with cos(3 angle) = det(B) / 2.
+    s = 1.0 / p
+    c0 = d0 * s
+    c1 = d1 * s
+    c2 = d2 * s
+    c01 = a01 * s
+    c02 = a02 * s
+    c12 = a12 * s
+    half = 0.5 * (c0 * (c1 * c2 - c12 * c12) - c01 * (c01 * c2 - c12 * c02) + c02 * (c01 * c12 - c1 * c02))
+    highest = half >= 0.0
+    # The largest root of x^3 - 3 x = 2 |half|, which lies between sqrt(3) and 2: three of Newton's steps
+    # from the chord are exact to rounding, in half the time of the arc cosine.
+    half = min(1.0, abs(half))
+    root = _CHORD + (2.0 - _CHORD) * half
+    for _ in range(3):
+        root -= (root * (root * root - 3.0) - 2.0 * half) / (3.0 * (root * root - 1.0))
+    if not highest:
+        root = -root
+    ux, uy, uz = _isolated_vector(c0 - root, c01, c02, c1 - root, c12, c2 - root)
+    return highest, ux, uy, uz
+
+
+@device
+def first_eigenvector(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
+    """Return the largest eigenvalue of a symmetric 3x3 matrix and its unit eigenvector.
+
+    The same as :func:`eigen`, in half the time where it is the one that lies apart, as on smooth surfaces.
+
+    Returns
+    -------
+    l1, e10, e11, e12 : float64
+    """
+    largest = max(abs(a00), abs(a01), abs(a02), abs(a11), abs(a12), abs(a22))
+    if largest > 0.0:
+        highest, x, y, z = _apart(
+            a00 / largest, a01 / largest, a02 / largest, a11 / largest, a12 / largest, a22 / largest
+        )
+        if highest and (x != 0.0 or y != 0.0 or z != 0.0):
+            return _form(a00, a01, a02, a11, a12, a22, x, y, z), x, y, z
+    found = eigen(a00, a01, a02, a11, a12, a22)
+    return found[0], found[3], found[4], found[5]
+
+
+@device
+def _form(a00, a01, a02, a11, a12, a22, x, y, z):  # type: ignore[no-untyped-def]
+    # v^T A v
+    tx = a00 * x + a01 * y + a02 * z
+    ty = a01 * x + a11 * y + a12 * z
+    tz = a02 * x + a12 * y + a22 * z
+    return x * tx + y * ty + z * tz
+
+
+@device
 def eigen(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
     """Return the eigenvalues, largest first, and unit eigenvectors of a symmetric 3x3 matrix.
 
-    In closed form. The eigenvalue that lies apart from the other two is taken from the cubic's
-    trigonometric solution, where it is exact to rounding; its vector from a cross product; the other
+    In closed form. The eigenvalue that lies apart from the other two is taken from the cubic
+    equation, where it is exact to rounding; its vector from a cross product; the other
     two, which may be equal, from the 2x2 matrix that is left in the plane across. So repeated
     eigenvalues cost no digits, and the vectors are always orthonormal and right-handed.
 
@@ -145,27 +218,10 @@ def eigen(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
     a11 /= largest
     a12 /= largest
     a22 /= largest
-    mean = (a00 + a11 + a22) / 3.0
-    d0 = a00 - mean
-    d1 = a11 - mean
-    d2 = a22 - mean
-    p = np.sqrt((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12)) / 6.0)
-    if p <= 1e-150:
-        l1 = mean * largest
+    highest, ux, uy, uz = _apart(a00, a01, a02, a11, a12, a22)
+    if ux == 0.0 and uy == 0.0 and uz == 0.0:
+        l1 = (a00 + a11 + a22) / 3.0 * largest
         return l1, l1, l1, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0
-    # B = (A - mean) / p has the eigenvalues 2 cos(angle + 2 pi i / 3) with cos(3 angle) = det(B) / 2.
-    c0 = d0 / p
-    c1 = d1 / p
-    c2 = d2 / p
-    c01 = a01 / p
-    c02 = a02 / p
-    c12 = a12 / p
-    half = 0.5 * (c0 * (c1 * c2 - c12 * c12) - c01 * (c01 * c2 - c12 * c02) + c02 * (c01 * c12 - c1 * c02))
-    highest = half >= 0.0
-    root = 2.0 * np.cos(np.arccos(min(1.0, abs(half))) / 3.0)
-    if not highest:
-        root = -root
-    ux, uy, uz = _isolated_vector(c0 - root, c01, c02, c1 - root, c12, c2 - root)
     # A plane across it, spanned by v and w.
     if abs(ux) > abs(uy):
         s = 1.0 / np.sqrt(ux * ux + uz * uz)
@@ -185,14 +241,8 @@ def eigen(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
     tz = a02 * vx + a12 * vy + a22 * vz
     vv = vx * tx + vy * ty + vz * tz
     vw = wx * tx + wy * ty + wz * tz
-    tx = a00 * wx + a01 * wy + a02 * wz
-    ty = a01 * wx + a11 * wy + a12 * wz
-    tz = a02 * wx + a12 * wy + a22 * wz
-    ww = wx * tx + wy * ty + wz * tz
-    tx = a00 * ux + a01 * uy + a02 * uz
-    ty = a01 * ux + a11 * uy + a12 * uz
-    tz = a02 * ux + a12 * uy + a22 * uz
-    alone = ux * tx + uy * ty + uz * tz
+    ww = _form(a00, a01, a02, a11, a12, a22, wx, wy, wz)
+    alone = _form(a00, a01, a02, a11, a12, a22, ux, uy, uz)
     # One Jacobi rotation makes the 2x2 matrix diagonal.
     t = 0.0
     if vw != 0.0:

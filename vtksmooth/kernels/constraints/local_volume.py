@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +18,14 @@ from . import Constraint, Float64, Int64
 from .creases import Creases
 from .deviation_bound import DeviationBound
 from .no_inversion import HALVINGS, newly_inverted, shorten, withdraw
-from .null_space import NullSpace, directions
+from .null_space import NullSpace, directions, normals_for
 
 #: Least cosine between a vertex' direction and the gradient of its volume; below, a correction would be
 #: unstable (3.2).
 _SMALLEST_COSINE = 0.05
+
+#: Faces whose volumes are summed by one thread: the sum of these sums does not depend on how many there are.
+_PART = 4096
 
 #: Most Newton steps to close the volume.
 _CLOSINGS = 4
@@ -32,27 +35,35 @@ _ATTEMPTS, _WIDENING = 16, 8
 
 
 @kernel
-def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, swept):  # type: ignore[no-untyped-def]
-    # What each face sweeps beyond its flux, by corners; returns how many faces become inverted.
+def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, swept, volumes):  # type: ignore[no-untyped-def]
+    # What each face sweeps beyond its flux, by corners, and each part of _PART faces; returns how many faces
+    # become inverted.
     inverted = 0
     for part in range(starts.size):
+        volume = 0.0
         for f in range(starts[part], ends[part]):
             sweep_face(before, after, offsets, connectivity, f, swept)
             if flux.size > 0:
                 size = offsets[f + 1] - offsets[f]
                 for c in range(offsets[f], offsets[f + 1]):
                     swept[c] -= flux[f] / size
+            for c in range(offsets[f], offsets[f + 1]):
+                volume += swept[c]
             if newly_inverted(before, after, offsets, connectivity, reference, f):
                 inverted += 1
+        volumes[starts[part] // _PART] = volume
     return inverted
 
 
 @kernel
-def _sweep_triangles(starts, ends, before, after, connectivity, reference, flux, swept, area):  # type: ignore[no-untyped-def]
+def _sweep_triangles(  # type: ignore[no-untyped-def]
+    starts, ends, before, after, connectivity, reference, flux, swept, volumes, area
+):
     # As _sweep, where all faces are triangles, reading each corner once; and twice their area vectors
     # afterwards. The sign of a face is found step by step as quality.face_square finds it.
     inverted = 0
     for part in range(starts.size):
+        volume = 0.0
         for f in range(starts[part], ends[part]):
             p = np.uintp(connectivity[3 * f])
             q = np.uintp(connectivity[3 * f + 1])
@@ -100,6 +111,7 @@ def _sweep_triangles(starts, ends, before, after, connectivity, reference, flux,
             swept[3 * f] = d + total
             swept[3 * f + 1] = e + total
             swept[3 * f + 2] = g + total
+            volume += d + e + g + 3.0 * total
             ux = sx - px
             uy = sy - py
             uz = sz - pz
@@ -117,6 +129,7 @@ def _sweep_triangles(starts, ends, before, after, connectivity, reference, flux,
                 ny = az * bx - ax * bz
                 nz = ax * by - ay * bx
                 inverted += not nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0
+        volumes[starts[part] // _PART] = volume
     return inverted
 
 
@@ -309,8 +322,8 @@ class LocalVolume(Constraint):
     ) -> None:
         self.corrections, self.uniform = corrections, uniform
         self.flux = np.empty(0) if flux is None else np.ascontiguousarray(flux, dtype=np.float64)
-        #: Largest residual in the last pass, before each correction and after the last: volume swept round
-        #: a vertex over the area that it stands for, model units.
+        #: Largest residual in the last pass, before each correction: volume swept round a vertex over the
+        #: area that it stands for, model units.
         self.residuals: list[float] = []
 
     def follow(self, before: Sequence[Constraint]) -> None:
@@ -319,7 +332,7 @@ class LocalVolume(Constraint):
         self._bounds = [c for c in before if isinstance(c, (Creases, DeviationBound))]
 
     def tell(self, report: RunReport) -> None:
-        report.volume_residuals = tuple(self.residuals)
+        report.volume_residuals = (*self.residuals, *self._last_residual())
 
     def bind(self, state: State) -> None:
         n, m = len(state.points), state.topology.n_faces
@@ -330,10 +343,13 @@ class LocalVolume(Constraint):
         self._flux = self.flux
         if len(self.flux) and state.face_order is not None:
             self._flux = self.flux[state.face_order]
-        self._direction = np.empty((n if self._null_space is None else 0, 3))
+        if self._null_space is None:
+            self._direction, self._normals = np.empty((n, 3)), normals_for(state)
         self.residuals = []
+        self._last_residual: Callable[[], list[float]] = list
         if not state.in_place:
             self._swept, self._answer = np.empty(len(state.topology.connectivity)), np.empty(n)
+            self._volumes = np.empty(-(-m // _PART))
             self._held = np.zeros(n, np.uint8)
             self._area = np.empty((m if state.topology.only_triangles else 0, 3))
             self._find_bodies(state)
@@ -355,17 +371,21 @@ class LocalVolume(Constraint):
         areas = np.linalg.norm(area_vectors(state.mesh), axis=1) / np.maximum(topology.face_sizes, 1)
         largest = np.abs(state.points[topology.connectivity]).max(initial=0.0)
         of_corners = np.repeat(areas, topology.face_sizes)
-        self._tolerance = 4.0 * np.finfo(float).eps * largest * self._of_bodies(of_corners)
+        area = np.array([of_corners.sum()]) if self._bodies == 1 else self._of_bodies(of_corners)
+        self._tolerance = 4.0 * np.finfo(float).eps * largest * area
 
     def _of_bodies(self, of_corners: Float64) -> Float64:
-        if self._bodies == 1:
-            return np.array([of_corners.sum()])
         return np.bincount(self._corner_body, of_corners, self._bodies).astype(np.float64)
 
+    def _left_over(self) -> Float64:
+        """Return the volume that each body has swept in this pass and in earlier ones."""
+        swept = np.array([self._volumes.sum()]) if self._bodies == 1 else self._of_bodies(self._swept)
+        return swept + self._left
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        direction = self._direction
         if self._null_space is None:
-            directions(state, starts, ends, direction)
+            direction = self._direction
+            directions(state, starts, ends, self._normals, direction)
         else:
             direction = self._null_space.direction
         if not state.in_place:
@@ -409,16 +429,17 @@ class LocalVolume(Constraint):
 
     def _sweep(self, state: State, proposed: Float64) -> int:
         topology = state.topology
-        faces = parallel.ranges(topology.n_faces)
+        faces = parallel.ranges(topology.n_faces, _PART)
         if len(self._area):
             inverted = parallel.run(
                 _sweep_triangles, *faces, state.points, proposed,
-                topology.connectivity, state.reference, self._flux, self._swept, self._area,
+                topology.connectivity, state.reference, self._flux, self._swept, self._volumes, self._area,
             )  # fmt: skip
         else:
             inverted = parallel.run(
                 _sweep, *faces, state.points, proposed,
-                topology.offsets, topology.connectivity, state.reference, self._flux, self._swept,
+                topology.offsets, topology.connectivity, state.reference, self._flux,
+                self._swept, self._volumes,
             )  # fmt: skip
         return sum(inverted)
 
@@ -447,9 +468,9 @@ class LocalVolume(Constraint):
             self.residuals.append(correct(idle, 1.0))
             inverted = self._sweep(state, proposed)
         if self.corrections:
-            self.residuals.append(correct(idle, 0.0))
+            self._last_residual = lambda: [correct(idle, 0.0)]
         for _ in range(_CLOSINGS if self.uniform else 0):
-            left = self._of_bodies(swept) + self._left
+            left = self._left_over()
             if (np.abs(left) <= self._tolerance).all():
                 break
             find_answers()
@@ -475,11 +496,11 @@ class LocalVolume(Constraint):
 
     def _close(self, state: State, proposed: Float64) -> Float64:
         """Take back the steps of bodies that could not be closed; return what is left over."""
-        left = self._of_bodies(self._swept) + self._left
+        left = self._left_over()
         unclosed = ~(np.abs(left) <= self._tolerance)
         if unclosed.any():
             back = np.broadcast_to(True, len(proposed)) if self._bodies == 1 else unclosed[self._body]
             proposed[back] = state.points[back]
             self._sweep(state, proposed)
-            left = self._of_bodies(self._swept) + self._left
+            left = self._left_over()
         return left

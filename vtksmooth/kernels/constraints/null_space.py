@@ -7,9 +7,9 @@ import numpy as np
 from .. import parallel
 from ..adjacency import BORDER
 from ..compiled import kernel
+from ..dihedral import face_normals
 from ..features import CORNER, CUSP
-from ..metric_tensor import eigen
-from ..quality import area_vector
+from ..metric_tensor import eigen, first_eigenvector, metric_tensor
 from ..state import State
 from . import Constraint, Float64, Int64
 
@@ -23,18 +23,13 @@ _SMALLEST_COSINE = 0.05
 
 @kernel
 def frame(  # type: ignore[no-untyped-def]
-    starts, ends, points, near, pinned, classes, ridge_ring, limits, project, proposed, direction
+    starts, ends, points, near, normals, pinned, classes, ridge_ring, limits, project, proposed, direction
 ):
     """Write the direction d of each vertex, zero where it has none, and `project` steps on the null space.
 
+    `normals`: those of the faces, (m, 4); empty where vertices move one by one.
     Without `classes` (size 0) the eigenvalues' ratios decide, against `limits`: ridges, corners.
     """
-    # Taken out of the tuple here: handing it on costs more than the work on a face.
-    offsets = near.offsets
-    connectivity = near.connectivity
-    corner_offsets = near.corner_offsets
-    corners = near.corners
-    corner_face = near.corner_face
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             direction[v, 0] = 0.0
@@ -46,36 +41,17 @@ def frame(  # type: ignore[no-untyped-def]
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
-            a00 = 0.0
-            a01 = 0.0
-            a02 = 0.0
-            a11 = 0.0
-            a12 = 0.0
-            a22 = 0.0
-            b0 = 0.0
-            b1 = 0.0
-            b2 = 0.0
-            # 2.1, as metric_tensor has it but for lengths below 1e-70, in half the time.
-            for row in range(corner_offsets[v], corner_offsets[v + 1]):
-                f = corner_face[corners[row]]
-                nx, ny, nz = area_vector(points, offsets, connectivity, f)
-                square = nx * nx + ny * ny + nz * nz
-                if square > 1e-290:
-                    w = 1.0 / np.sqrt(square)
-                    a00 += w * nx * nx
-                    a01 += w * nx * ny
-                    a02 += w * nx * nz
-                    a11 += w * ny * ny
-                    a12 += w * ny * nz
-                    a22 += w * nz * nz
-                    b0 += nx
-                    b1 += ny
-                    b2 += nz
-            l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
+            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, normals, v, 0)
+            k = 0
+            if classes.size > 0:
+                k = 0 if classes[v] == CUSP else 1 + classes[v]
+            if k == 1:
+                l1, x1, y1, z1 = first_eigenvector(a00, a01, a02, a11, a12, a22)
+                l2 = l3 = x2 = y2 = z2 = x3 = y3 = z3 = 0.0
+            else:
+                l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
             if classes.size == 0:
                 k = 3 if l3 >= limits[1] * l1 else 2 if l2 >= limits[0] * l1 else 1
-            else:
-                k = 0 if classes[v] == CUSP else 1 + classes[v]
             if l1 <= 0.0 or k == 0:
                 if project:
                     proposed[v, 0] = x
@@ -159,18 +135,31 @@ class NullSpace(Constraint):
 
     def bind(self, state: State) -> None:
         self.direction = np.empty_like(state.points)
+        self._normals = normals_for(state)
         state.pinned[(state.near.border == BORDER) & (state.features.classes >= CORNER)] = 1
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        if len(self._normals):
+            face_normals(state.mesh, self._normals)
         parallel.run(
-            frame, starts, ends, state.points, state.near, state.pinned,
+            frame, starts, ends, state.points, state.near, self._normals, state.pinned,
             state.features.classes, state.features.ridge_ring, _LIMITS, True, proposed, self.direction,
         )  # fmt: skip
 
 
-def directions(state: State, starts: Int64, ends: Int64, direction: Float64) -> None:
-    """Write the direction d of each vertex, its class by the ratios of the eigenvalues alone."""
+def normals_for(state: State) -> Float64:
+    """Return room for the faces' normals, (m, 4), where all vertices move at once; otherwise nothing."""
+    return np.empty((0 if state.in_place else state.topology.n_faces, 4))
+
+
+def directions(state: State, starts: Int64, ends: Int64, normals: Float64, direction: Float64) -> None:
+    """Write the direction d of each vertex, its class by the ratios of the eigenvalues alone.
+
+    `normals`: what :func:`normals_for` returned.
+    """
+    if len(normals):
+        face_normals(state.mesh, normals)
     parallel.run(
-        frame, starts, ends, state.points, state.near, state.pinned,
+        frame, starts, ends, state.points, state.near, normals, state.pinned,
         _NO_CLASSES, _NO_RINGS, _LIMITS, False, direction, direction,
     )  # fmt: skip
