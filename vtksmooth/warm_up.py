@@ -8,6 +8,7 @@ from contextlib import suppress
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
 from .filters import FILTERS, Filter
@@ -48,7 +49,15 @@ def _bump(size: int, kind: str) -> vtkPolyData:
     fixed[size + 1] = 1
     mesh.GetPointData().AddArray(vtk_array(fixed, FIXED))
     mesh.GetPointData().AddArray(vtk_array(np.tile([1.0, 0.0, 0.0], (size * size, 1)), "Flow"))
+    mesh.GetPointData().AddArray(vtk_array(np.full(size * size, 0.1), "Displacement"))
     return mesh
+
+
+def _space(size: int) -> vtkPolyData:
+    """Return a box round the bumps, near to their top."""
+    box = vtkCubeSource(bounds=(-1.0, size + 1.0, -1.0, size, -1.0, 0.41))
+    box.Update()
+    return box.GetOutput()
 
 
 #: Values that make a filter use all that it can; stop rules so wide that nothing stops.
@@ -71,8 +80,15 @@ _EVERYTHING = {
     "weighted": True,
     "eigenvalue_ratios": True,
     "flow": "Flow",
-    "implicit_step": 2.0,
 }
+
+#: What the above excludes.
+_BESIDES: tuple[dict[str, object], ...] = (
+    {"implicit_step": 2.0},
+    {"max_displacement": "Displacement"},
+    {"null_space": True, "corrections": 0, "preserve_volume": False},
+    {"null_space": True, "corrections": 0, "preserve_volume": False, "gate": "aspect"},
+)
 
 
 def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
@@ -81,6 +97,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
     everything = {name: value for name, value in _EVERYTHING.items() if name in declared}
     yield {}
     yield everything
+    yield from ({n: v for n, v in besides.items() if n in declared} for besides in _BESIDES)
     for name in ("scheme", "gate", "weight", "weights", "containment"):
         for choice in (declared[name].choices or ()) if name in declared else ():
             yield {name: choice}
@@ -100,7 +117,8 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
     int
         How many kernels were compiled; 0 when all of them had been before.
     """
-    meshes = [_bump(6, kind) for kind in ("triangles", "quads", "mixed")]
+    size = 6
+    meshes, space = [_bump(size, kind) for kind in ("triangles", "quads", "mixed")], _space(size)
     jobs = [(cls, setting) for cls in FILTERS for setting in _settings(cls)]
     compiled: list[str] = []
     with on_compile(compiled.append):
@@ -110,7 +128,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
             for mesh in meshes:
                 # Some schemes, constraints and faces do not combine, and say so.
                 with suppress(InvalidMeshError, ParameterError):
-                    cls(**setting)(*(mesh for _ in cls.inputs))
+                    cls(**setting)(*(space if name == "installation" else mesh for name in cls.inputs))
         first_hit(surface_of(meshes[0]).mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
     if progress:
         progress(1.0, "done")
