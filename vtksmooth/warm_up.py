@@ -57,7 +57,8 @@ def _space(size: int) -> vtkPolyData:
     """Return a box round the bumps, near to their top."""
     box = vtkCubeSource(bounds=(-1.0, size + 1.0, -1.0, size, -1.0, 0.41))
     box.Update()
-    return box.GetOutput()
+    space: vtkPolyData = box.GetOutput()
+    return space
 
 
 #: Values that make a filter use all that it can; stop rules so wide that nothing stops.
