@@ -1,15 +1,22 @@
 """Evidence for smoothing inside an installation space: writes docs/installation_space.md and its pictures.
 
-    python benchmarks/installation_space.py [--output docs]
+    python benchmarks/installation_space.py [--data FOLDER] [--output docs]
 
-Everything is made from generated samples and from images that PyVista carries. Peers that are not
-installed (``pip install -e ".[peers]"``) are left out, and named.
+Everything is made from generated samples and from images that PyVista carries, and, where FOLDER (or the
+environment variable VTKSMOOTH_DATA) holds them, from real parts. Peers that are not installed
+(``pip install -e ".[peers]"``) are left out, and named. The last section takes times: on an idle machine.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib.util
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -30,6 +37,7 @@ from vtksmooth import (
     ValenceTriangulation,
     samples,
 )
+from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.signed_distance import SignedDistance
 from vtksmooth.kernels import adjacency, measure, triangulate
@@ -40,6 +48,9 @@ Float64 = npt.NDArray[np.float64]
 
 #: Box round the duct: nothing there is clean, and nothing is in the way.
 _MARGIN = np.tile([-2.0, 2.0], 3)
+
+#: Real parts: file, what it is, and voxels along its diagonal.
+PARTS = (("egr_cooler.stl", "cooler", 200), ("casting.off", "casting", 200), ("flange.stl", "flange", 150))
 
 
 def _mesh(polydata: Any) -> Mesh:
@@ -410,10 +421,125 @@ def images(page: list[str], quick: bool) -> None:
     page += tables.table(head, rows)
 
 
+def parts(page: list[str], data: Path, folder: Path) -> None:
+    """Fill real parts with voxels, and smooth these inside the parts."""
+    rows, meshes = [], []
+    for name, kind, cells in PARTS:
+        part = read_surface(data / name)[0]
+        space = SignedDistance(part)
+        skin = _filling(space, cells)
+        smoothing = InstallationSpaceSmoothing()
+        result = pv.wrap(smoothing(skin, part))
+        report, check = smoothing.report, ContainmentCheck()
+        check(result, part)
+        exact = (np.nan, np.nan) if report.volume is None else report.volume
+        rows.append(
+            [
+                f"{kind} ({name})", skin.n_cells, *(f"{volume:.17g}" for volume in exact),
+                f"{report.swept_volume / abs(exact[0]):.1e}",
+                f"{_folds(ValenceTriangulation()(skin))[0].mean():.1f} -> {_folds(result)[0].mean():.1f}",
+                report.irregular,
+                f"{report.outside[0]} -> {check.summary['vertices_outside']}",
+                f"{report.crossing[0]} -> {check.summary['triangles_crossing']}",
+            ]
+        )  # fmt: skip
+        meshes += [(f"{kind}, voxels", skin), (f"{kind}, smoothed", result)]
+    page += ["## Real parts, filled with voxels", ""]
+    page += [
+        f"All voxels (of the part's diagonal over {', '.join(str(cells) for *_, cells in PARTS)}) whose "
+        "corners lie inside the part, which is their installation space; 20 iterations. Relative: the volume "
+        "swept over the volume. Fold: mean angle at edges. Held: points where voxels touch along edges. "
+        "Outside (points) and crossing (triangles): before as InstallationSpaceSmoothing counts them, after "
+        "as ContainmentCheck does.",
+        "",
+    ]
+    head = [
+        "",
+        "voxel faces",
+        "volume before",
+        "after",
+        "relative",
+        "fold, deg",
+        "held",
+        "outside",
+        "crossing",
+    ]
+    page += tables.table(head, rows)
+    _picture(meshes, folder / "pictures" / "installation_parts.png")
+    page += ["![parts](pictures/installation_parts.png)", ""]
+
+
+def _filling(space: SignedDistance, cells: int) -> pv.PolyData:
+    """Return the skin of the voxels whose corners are all inside; that many of them along the diagonal."""
+    size = space.mesh.diagonal / cells
+    low, high = space.mesh.points.min(axis=0), space.mesh.points.max(axis=0)
+    counts = np.ceil((high - low) / size).astype(int) + 1
+    corners = np.moveaxis(np.indices(counts), 0, -1).reshape(-1, 3)
+    inside = (space.tree(low + size * corners) <= 0.0).reshape(counts)
+    for axis in range(3):
+        first, second = (np.take(inside, range(a, a + inside.shape[axis] - 1), axis) for a in (0, 1))
+        inside = first & second
+    return samples.voxel_skin(inside, low, size)
+
+
+def file_to_file(page: list[str], tube: float, ring: float) -> None:
+    """Time the command line, with all that belongs to it."""
+    skin = samples.voxel_torus(tube, ring)
+    spaces = {
+        "a box that it touches": pv.Box(skin.bounds).triangulate(),
+        "a torus that is one cell larger": _torus(tube + 1.0, ring, 2.0),
+    }
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        source, target = Path(name) / "skin.vtp", Path(name) / "smooth.vtp"
+        skin.save(source)
+        for kind, space in spaces.items():
+            given = Path(name) / "space.vtp"
+            space.save(given)
+            command = [sys.executable, "-m", "vtksmooth", "installation-space"]
+            command += [str(source), str(given), str(target), "--json"]
+            before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+            done = subprocess.run(command, check=True, capture_output=True, text=True)
+            seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+            cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            figures = json.loads(done.stdout)
+            volume = figures["volume"]
+            rows.append(
+                [
+                    kind, space.n_cells, figures["iterations"], f"{seconds:.0f}", f"{cpu:.0f}",
+                    f"{figures['seconds']:.0f}", f"{(volume[1] - volume[0]) / volume[0]:.1e}",
+                    f"{_rms(samples.torus_distance(pv.read(target).points, tube, ring)):.3f}",
+                    figures["outside"][1], figures["crossing"][1],
+                ]
+            )  # fmt: skip
+    page += ["## From file to file", ""]
+    page += [
+        f"`vtksmooth installation-space skin.vtp space.vtp smooth.vtp` on {skin.n_cells} squares, the skin "
+        f"of a torus of voxels (tube {tube:g}, ring {ring:g}); 20 iterations, kernels compiled, "
+        f"{os.cpu_count()} processors. Seconds from the start of the process to its end, those of all "
+        "processors together, and those of the sweeps with what they need.",
+        "",
+    ]
+    head = ["space", "its faces", "iterations", "s", "of processors, s", "sweeps, s", "volume, relative"]
+    page += tables.table([*head, "RMS, cells", "outside", "crossing"], rows)
+
+
+def _torus(tube: float, ring: float, step: float) -> pv.PolyData:
+    """Return a smooth torus of triangles, their sides about `step`."""
+    m, n = int(2 * np.pi * (ring + tube) / step), int(2 * np.pi * tube / step)
+    i, j = (index.ravel() for index in np.indices((m, n)))
+    u, v = 2 * np.pi * i / m, 2 * np.pi * j / n
+    radius = ring + tube * np.cos(v)
+    points = np.column_stack([radius * np.cos(u), radius * np.sin(u), tube * np.sin(v)])
+    a, b, c, d = ((i + p) % m * n + (j + q) % n for p, q in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    return pv.PolyData.from_regular_faces(points, faces)
+
+
 # -- page ------------------------------------------------------------------------------------------
 
 
-def make(folder: Path, quick: bool = False) -> None:
+def make(folder: Path, data: Path | None = None, quick: bool = False) -> None:
     """Write ``installation_space.md`` and its pictures into `folder`; `quick`: small, without pictures."""
     page = ["# Smoothing inside an installation space", ""]
     page += [
@@ -427,6 +553,9 @@ def make(folder: Path, quick: bool = False) -> None:
         blending(page, folder)
         peers(page)
     images(page, quick)
+    if data is not None:
+        parts(page, data, folder)
+    file_to_file(page, *((5.0, 12.0) if quick else (80.0, 230.0)))
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "installation_space.md").write_text("\n".join(page).rstrip() + "\n", encoding="utf-8")
 
@@ -434,8 +563,14 @@ def make(folder: Path, quick: bool = False) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Make the page on installation spaces anew.")
+    given = os.environ.get("VTKSMOOTH_DATA")
+    parser.add_argument("--data", type=Path, default=Path(given) if given else None, help="folder of meshes")
     parser.add_argument("--output", type=Path, default=Path("docs"), help="folder to write to")
-    make(parser.parse_args(arguments).output)
+    options = parser.parse_args(arguments)
+    missing = [name for name, *_ in PARTS if options.data and not (options.data / name).exists()]
+    if missing:
+        parser.error(f"{options.data} has no {', '.join(missing)}")
+    make(options.output, options.data)
 
 
 if __name__ == "__main__":

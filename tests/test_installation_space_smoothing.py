@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 from schemes import SCHEMES
+from vtkmodules.vtkCommonCore import vtkDoubleArray
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtksmooth import (
     ContainmentCheck,
@@ -22,6 +24,7 @@ from vtksmooth.kernels import loop
 from vtksmooth.kernels.constraints.blend import Blend
 from vtksmooth.kernels.constraints.containment import Containment
 from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.pairwise import Pairwise
 from vtksmooth.kernels.schemes.umbrella import Umbrella
 from vtksmooth.kernels.signed_distance import SignedDistanceTree
@@ -229,3 +232,137 @@ def test_the_command(channel, tmp_path, capsys):
     smoothing = InstallationSpaceSmoothing(iterations=3, flow="Flow", flow_weight=2.0, curvature_radius=50.0)
     expected = pv.wrap(smoothing(pv.read(arguments[0]), inst))
     np.testing.assert_array_equal(pv.read(arguments[2]).points, expected.points)
+
+
+# -- input as people have it: a right result, or one clear error -------------------------------------
+
+
+def smoothed(mesh, space, **parameters):
+    """Return the filter and its points; whatever comes in, nothing may get worse."""
+    smoothing = InstallationSpaceSmoothing(iterations=4, **parameters)
+    result = pv.wrap(smoothing(pv.PolyData(meshes.polydata(mesh)), pv.PolyData(meshes.polydata(space))))
+    report = smoothing.report
+    assert report.outside[1] <= report.outside[0]
+    assert report.crossing[1] <= report.crossing[0]
+    assert outside_and_crossing(result, meshes.polydata(space)) == (report.outside[1], report.crossing[1])
+    assert abs(report.swept_volume) < 1e-13 * np.prod(np.ptp(mesh.points, axis=0))
+    assert report.moved > 0
+    return smoothing, result
+
+
+def box_round(mesh, margin=0.0):
+    low, high = mesh.points.min(axis=0) - margin, mesh.points.max(axis=0) + margin
+    return meshes.cube(1).with_points(low + meshes.cube(1).points * (high - low))
+
+
+def test_an_open_space(channel):
+    sim, inst = channel
+    # Without its ends, which the flow goes through.
+    ends = np.isin(inst.cell_centers().points[:, 0], (0, 46))
+    smoothing = InstallationSpaceSmoothing(iterations=3)
+    result = pv.wrap(smoothing(sim, inst.extract_cells(~ends).extract_surface(algorithm="dataset_surface")))
+    assert smoothing.report.outside == smoothing.report.crossing == (0, 0)
+    assert "is open" in " ".join(smoothing.report.notes)
+    assert outside_and_crossing(result, inst) == (0, 0)
+
+
+@pytest.mark.parametrize("second", [(3, 3, 0), (3, 3, 3)])
+def test_cells_and_spaces_that_touch_along_an_edge_or_in_a_corner(second):
+    cells = np.array(list(np.ndindex(3, 3, 3)))
+    block = meshes.voxels(np.vstack([cells, cells + second]))
+    smoothing, result = smoothed(block, box_round(block, 1.0))
+    assert smoothing.report.volume == pytest.approx((54, 54), rel=1e-13)
+    held = {(3.0, 3.0, z) for z in ((0, 1, 2, 3) if second[2] == 0 else (3,))}
+    assert held <= set(map(tuple, result.points.tolist()))
+    # The space is the two blocks, and part of one is the mesh.
+    part = meshes.voxels([c for c in cells.tolist() if c not in ([0, 0, 0], [2, 2, 2], [1, 2, 2])])
+    smoothing, _ = smoothed(part, block)
+    assert smoothing.report.outside == smoothing.report.crossing == (0, 0)
+
+
+def test_polygons_that_are_not_plane_or_concave():
+    torus = meshes.torus(16, 10, "quads", jitter=0.25)
+    smoothing, result = smoothed(torus, box_round(torus, 0.5))
+    assert result.is_all_triangles
+    # An L, from 6-gons of which two are concave, beside quads.
+    ring = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float)
+    points = np.array([[*corner, z] for z in range(4) for corner in ring])
+    sides = [
+        [6 * k + i, 6 * k + (i + 1) % 6, 6 * k + 6 + (i + 1) % 6, 6 * k + 6 + i]
+        for k in range(3)
+        for i in range(6)
+    ]
+    prism = Mesh.from_faces(points, [*sides, range(5, -1, -1), range(18, 24)])
+    smoothing, _ = smoothed(prism, box_round(prism, 0.5))
+    assert smoothing.report.volume == pytest.approx((9, 9), rel=1e-13)
+    assert smoothing.report.inverted[0] == 0
+
+
+def test_polygons_that_cross_themselves():
+    quads = meshes.folded_quads()
+    for command in (InstallationSpaceSmoothing(), ContainmentCheck()):
+        with pytest.raises(InvalidMeshError) as caught:
+            command(meshes.polydata(quads), meshes.polydata(meshes.cube(9)))
+        # One sentence: which, and what to do.
+        assert str(caught.value).startswith("2 of the polygons cross themselves, the first is face 15 at (")
+        assert str(caught.value).endswith("; put their corners in order, or remove them.")
+
+
+def test_hanging_nodes():
+    # The top of a block as one square: the points on its sides hang.
+    block = meshes.cube(4)
+    top = (block.points[block.connectivity.reshape(-1, 4)][:, :, 2] == 4).all(axis=1)
+    corners = [
+        np.flatnonzero((block.points == c).all(axis=1))[0]
+        for c in ((0, 0, 4), (4, 0, 4), (4, 4, 4), (0, 4, 4))
+    ]
+    faces = [face for face, of_top in zip(meshes.lists(block), top, strict=True) if not of_top]
+    mesh = Mesh.from_faces(block.points, [*faces, corners])
+    smoothing, result = smoothed(mesh, box_round(mesh, 1.0))
+    rim = block.points[:, 2] == 4
+    np.testing.assert_array_equal(result.points[rim], block.points[rim])
+    assert smoothing.report.volume is None  # the top's sides are open, if by nothing
+
+
+def test_components_keep_their_volumes_each():
+    first, second = meshes.cube(4), meshes.l_shape()
+    second = second.with_points(2 * second.points + [10.0, 0, 0])
+    mesh = meshes.joined(first, second)
+    _, result = smoothed(mesh, box_round(mesh, 0.5))
+    volumes = sorted(
+        body.extract_surface(algorithm="dataset_surface").volume for body in result.split_bodies()
+    )
+    assert volumes == pytest.approx([24, 64], rel=1e-13)
+
+
+def test_a_space_that_is_no_surface_is_refused(channel):
+    sim, inst = channel
+    turned = inst.triangulate().regular_faces.copy()
+    turned[::3] = turned[::3, ::-1]
+    with pytest.raises(InvalidMeshError, match="orient its faces"):
+        InstallationSpaceSmoothing()(sim, pv.PolyData.from_regular_faces(inst.points, turned))
+
+
+def test_units_that_do_not_match_and_flows_of_the_wrong_length(channel):
+    sim, inst = channel
+    with pytest.raises(InvalidMeshError, match=r"far larger .* units"):
+        InstallationSpaceSmoothing()(sim.scale(1000.0), inst)
+    tiny = sim.scale(1e-3).translate((20, 10, 8))
+    smoothing = InstallationSpaceSmoothing(iterations=1)
+    smoothing(tiny, inst)
+    assert "far smaller" in " ".join(smoothing.report.notes)
+    short = vtkDoubleArray()
+    short.SetName("Short")
+    short.SetNumberOfComponents(3)
+    short.SetNumberOfTuples(sim.n_points - 1)
+    short.Fill(1.0)
+    mesh = vtkPolyData()
+    mesh.ShallowCopy(sim)
+    mesh.GetPointData().AddArray(short)
+    with pytest.raises(InvalidMeshError, match=rf"'Short' has the shape .*{sim.n_points} points"):
+        InstallationSpaceSmoothing(flow="Short")(mesh, inst)
+
+
+def test_an_empty_mesh(channel):
+    with pytest.raises(InvalidMeshError, match="empty"):
+        InstallationSpaceSmoothing()(pv.PolyData(), channel[1])

@@ -85,6 +85,18 @@ def test_closed(name):
     assert measure.is_closed(adjacency.build(meshes.USUAL[name]()))
 
 
+def test_closed_where_it_is_no_manifold():
+    # Cells that touch along an edge, in a corner, and one of them turned inside out or open.
+    for second in ((1, 1, 0), (1, 1, 1)):
+        mesh = meshes.voxels([(0, 0, 0), second])
+        assert measure.is_closed(adjacency.build(mesh))
+        assert measure.signed_volume(mesh) == pytest.approx(2, rel=1e-14)
+        faces = meshes.lists(mesh)
+        for wrong in (faces[:-1], [*faces[:-1], faces[-1][::-1]], [*faces, faces[0]]):
+            assert not measure.is_closed(adjacency.build(Mesh.from_faces(mesh.points, wrong)))
+    assert measure.is_closed(adjacency.build(meshes.hourglass()))
+
+
 @pytest.mark.parametrize("name", ["moebius", "two_components", "misoriented", "non_manifold_edge", "bow_tie"])
 def test_not_closed(name):
     assert not measure.is_closed(adjacency.build(meshes.HOSTILE[name]()))

@@ -307,8 +307,8 @@ def voxel_torus(tube: float = 14.0, ring: float = 40.0, quarter: bool = False) -
     reach = int(np.ceil(ring + tube)) + 1
     low = np.array([0 if quarter else -reach] * 2 + [-int(np.ceil(tube)) - 1])
     shape = [reach - low[0], reach - low[1], -2 * low[2]]
-    centres = np.moveaxis(np.indices(shape), 0, -1) + low + 0.5
-    squares, _ = _squares(torus_distance(centres.reshape(-1, 3), tube, ring).reshape(shape) < 0.0)
+    x, y, z = np.ogrid[tuple(slice(start, start + size) for start, size in zip(low, shape, strict=True))]
+    squares, _ = _squares(_torus_distance(x + 0.5, y + 0.5, z + 0.5, tube, ring) < 0.0)
     squares += low
     if quarter:
         squares = squares[~(squares[:, :, :2] == 0).all(axis=1).any(axis=1)]
@@ -317,8 +317,12 @@ def voxel_torus(tube: float = 14.0, ring: float = 40.0, quarter: bool = False) -
 
 def torus_distance(points: npt.ArrayLike, tube: float = 14.0, ring: float = 40.0) -> Float64:
     """Return the signed distance of `points` (q, 3) to the torus of :func:`voxel_torus`, negative inside."""
-    points = np.asarray(points, dtype=np.float64)
-    return np.asarray(np.hypot(np.hypot(points[:, 0], points[:, 1]) - ring, points[:, 2]) - tube)
+    x, y, z = np.asarray(points, dtype=np.float64).T
+    return _torus_distance(x, y, z, tube, ring)
+
+
+def _torus_distance(x: Float64, y: Float64, z: Float64, tube: float, ring: float) -> Float64:
+    return np.asarray(np.hypot(np.hypot(x, y) - ring, z) - tube)
 
 
 def write(folder: Path) -> list[Path]:

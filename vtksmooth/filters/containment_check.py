@@ -10,10 +10,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from ..kernels.closest_point import ClosestPoint
 from ..kernels.crossings import crossing_triangles
 from ..kernels.triangulate import triangulate
-from .arrays import surface_of, vtk_array
+from .arrays import vtk_array
 from .base import Filter, add_field, output_like
 from .parameter import Parameter
-from .signed_distance import SignedDistance, check_sizes, touching_distance
+from .signed_distance import opened
 
 SIGNED_DISTANCE = "SignedDistance"
 
@@ -72,11 +72,9 @@ class ContainmentCheck(Filter):
         """Check one polydata."""
         source, installation = inputs
         self.progress(0.0, "measuring distances")
-        mesh = surface_of(source).mesh
+        mesh, space, tolerance = opened(source, installation, self.tolerance_fraction)
         triangles, _ = triangulate(mesh)
-        space = SignedDistance(installation)
-        self.notes = [*space.notes, *check_sizes(mesh, space.mesh)]
-        tolerance = touching_distance(self.tolerance_fraction, space.mesh, source, installation)
+        self.notes = space.notes
         distances = np.full(mesh.n_points, np.nan)
         finite = np.isfinite(mesh.points).all(axis=1)
         distances[finite] = space(mesh.points[finite], lambda part: self.progress(0.1 + 0.6 * part))

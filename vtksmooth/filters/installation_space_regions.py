@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from ..kernels.mesh import Mesh
 from ..kernels.regions import blend_weights
-from .arrays import surface_of, vtk_array
+from ..kernels.signed_distance import SignedDistanceTree
+from .arrays import vtk_array
 from .base import Filter, output_like
 from .parameter import Parameter
-from .signed_distance import SignedDistance, check_sizes, touching_distance
+from .signed_distance import opened, used_points
 from .smoothing import FIXED
 
 BLEND_WEIGHT = "BlendWeight"
@@ -66,24 +69,40 @@ class InstallationSpaceRegions(Filter):
         """Classify one polydata."""
         source, installation = inputs
         self.progress(0.0, "measuring distances")
-        mesh = surface_of(source).mesh
-        space = SignedDistance(installation)
-        self.notes = [*space.notes, *check_sizes(mesh, space.mesh)]
-        contact = touching_distance(self.contact_fraction, space.mesh, source, installation)
-        used = np.unique(mesh.connectivity)
-        fixed = np.zeros(mesh.n_points, np.uint8)
-        distances = space(mesh.points[used], lambda part: self.progress(0.1 + 0.7 * part))
-        near = np.abs(distances) <= contact
-        fixed[used] = near
-        self.progress(0.8, "blending")
-        weights = blend_weights(mesh, fixed, self.blend_rings)
-        self.summary = {
-            "fixed": int(near.sum()),
-            "blended": int((fixed[used].astype(bool) & (weights[used] > 0.0)).sum()),
-            "free": int(len(used) - near.sum()),
-        }
+        mesh, space, contact = opened(source, installation, self.contact_fraction)
+        self.notes = space.notes
+        fixed, weights, self.summary = classify(mesh, space.tree, contact, self.blend_rings)
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(fixed, FIXED))
         output.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
         self.progress(1.0)
         return output
+
+
+def classify(
+    mesh: Mesh, space: SignedDistanceTree, contact: float, rings: int
+) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64], dict[str, Any]]:
+    """Return what is fixed, (n,), the blend weights, (n,), and how many points are what.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    space : SignedDistanceTree
+    contact : float
+        Points no farther from the space's surface than this are fixed.
+    rings : int
+        Rings of fixed points over which the weight falls from 1 to 0.
+    """
+    used = used_points(mesh)
+    fixed = np.zeros(mesh.n_points, np.uint8)
+    fixed[used] = near = space.touching(mesh.points[used], contact)
+    weights = blend_weights(mesh, fixed, rings)
+    return (
+        fixed,
+        weights,
+        {
+            "fixed": int(near.sum()),
+            "blended": int((weights[used[near]] > 0.0).sum()),
+            "free": int(len(used) - near.sum()),
+        },
+    )

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.constraints import Constraint
@@ -18,12 +17,13 @@ from ..kernels.crossings import crossing_triangles
 from ..kernels.mesh import Mesh
 from ..kernels.signed_distance import SignedDistanceTree
 from ..report import InstallationSpaceReport
-from .arrays import points_of, surface_of
+from .arrays import points_of, vtk_array
 from .base import add_field
-from .installation_space_regions import BLEND_WEIGHT, InstallationSpaceRegions
+from .installation_space_regions import BLEND_WEIGHT, InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import AUTO, Parameter
-from .signed_distance import SignedDistance, touching_distance
+from .signed_distance import opened, touching_distance, used_points
+from .smoothing import FIXED
 from .valence_triangulation import ValenceTriangulation
 
 
@@ -108,26 +108,24 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         self.progress(0.0, "triangulating")
         triangles = ValenceTriangulation()(source)
         self.progress(0.05, "measuring distances")
-        given = SignedDistance(installation)
-        regions = InstallationSpaceRegions(
-            contact_fraction=self.contact_fraction, blend_rings=self.blend_rings
-        )
-        classified = regions(triangles, installation)
-        before = surface_of(classified).mesh
-        tolerance = touching_distance(self.tolerance_fraction, given.mesh, source, installation)
-        space = SignedDistanceTree(given.mesh)
-        self._constraints = self._made(classified, space, tolerance)
+        before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
+        space = given.tree
+        contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
+        fixed, weights, summary = classify(before, space, contact, self.blend_rings)
+        triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
+        triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
+        self._constraints = self._made(weights, space, tolerance)
         self.progress(0.1, "looking for crossings")
         state_before = _violations(before, space, tolerance)
         low, high = whole
         self._share = (low + 0.15 * (high - low), low + 0.9 * (high - low))
-        output = super().execute(classified)
+        output = super().execute(triangles)
         self._share = whole
         self.progress(0.9, "verifying")
         after = _violations(before.with_points(points_of(output).astype(np.float64)), space, tolerance)
         report = InstallationSpaceReport(
             **asdict(self.report),
-            **regions.summary,
+            **summary,
             outside=(state_before[0], after[0]),
             crossing=(state_before[1], after[1]),
             notes=given.notes,
@@ -144,10 +142,10 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         self.progress(1.0)
         return output
 
-    def _made(self, classified: Any, space: SignedDistanceTree, tolerance: float) -> list[Constraint]:
-        constraints: list[Constraint] = [
-            Blend(vtk_to_numpy(classified.GetPointData().GetArray(BLEND_WEIGHT)))
-        ]
+    def _made(
+        self, weights: npt.NDArray[np.float64], space: SignedDistanceTree, tolerance: float
+    ) -> list[Constraint]:
+        constraints: list[Constraint] = [Blend(weights)]
         if self.curvature_radius is not None:
             radius = None if self.curvature_radius == AUTO else self.curvature_radius
             constraints.append(CurvatureBound(radius, self.curvature_ramp))
@@ -162,7 +160,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
 
 def _violations(mesh: Mesh, space: SignedDistanceTree, tolerance: float) -> tuple[int, int]:
     """Return how many vertices are outside, and how many triangles cross."""
-    used = np.unique(mesh.connectivity)
+    used = used_points(mesh)
     distances: npt.NDArray[np.float64] = np.zeros(mesh.n_points)
     distances[used] = space(mesh.points[used])
     crossing = crossing_triangles(

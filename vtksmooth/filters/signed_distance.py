@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDista
 
 from ..errors import InvalidMeshError
 from ..kernels.mesh import Mesh
+from ..kernels.signed_distance import SignedDistanceTree
 from ..kernels.triangulate import triangulate
 from .arrays import points_of, surface_of, vtk_cells, vtk_points, vtk_triangles
 
@@ -104,15 +106,26 @@ class SignedDistance:
                 "faces at its rim say."
             )
         self.mesh = mesh
-        polydata = vtkPolyData()
-        polydata.SetPoints(vtk_points(mesh.points))
-        polydata.SetPolys(vtk_triangles(mesh.connectivity.reshape(-1, 3)))
-        self._function = vtkImplicitPolyDataDistance()
-        self._function.SetInput(polydata)
         self._check_walls(name, np.flatnonzero(np.isin(cell, crowded)))
+
+    @cached_property
+    def _function(self) -> vtkImplicitPolyDataDistance:
+        polydata = vtkPolyData()
+        polydata.SetPoints(vtk_points(self.mesh.points))
+        polydata.SetPolys(vtk_triangles(self.mesh.connectivity.reshape(-1, 3)))
+        function = vtkImplicitPolyDataDistance()
+        function.SetInput(polydata)
+        return function
+
+    @cached_property
+    def tree(self) -> SignedDistanceTree:
+        """The same distances in compiled code, on all threads, for whoever asks for millions."""
+        return SignedDistanceTree(self.mesh)
 
     def _check_walls(self, name: str, suspects: npt.NDArray[np.int64]) -> None:
         # Just above a face is outside, unless another face covers it: the wall of a solid that touches.
+        if not len(suspects):
+            return
         a, b, c = (self.mesh.points[self.mesh.connectivity[i::3][suspects]] for i in range(3))
         normals = np.cross(b - a, c - a)
         area = np.linalg.norm(normals, axis=1)
@@ -142,6 +155,34 @@ class SignedDistance:
         return result
 
 
+def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, SignedDistance, float]:
+    """Read two polydata: a mesh, and the installation space it should be in.
+
+    Returns
+    -------
+    mesh : Mesh
+    space : SignedDistance
+        Its notes say what is unusual about the two together, too.
+    tolerance : float
+        The distance that counts as touching, see :func:`touching_distance`.
+
+    Raises
+    ------
+    InvalidMeshError
+        One of them is no usable surface, or they cannot be inside each other.
+    """
+    mesh, space = surface_of(source).mesh, SignedDistance(installation)
+    space.notes += check_sizes(mesh, space.mesh)
+    return mesh, space, touching_distance(fraction, space.mesh, source, installation)
+
+
+def used_points(mesh: Mesh) -> npt.NDArray[np.int64]:
+    """Return the points that faces use, by rising number."""
+    used = np.zeros(mesh.n_points, np.bool_)
+    used[mesh.connectivity] = True
+    return np.flatnonzero(used)
+
+
 def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
     """Refuse two surfaces that cannot be inside each other: apart, or one far larger than its space.
 
@@ -155,7 +196,10 @@ def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
     InvalidMeshError
         The message names both sizes.
     """
-    boxes = [np.array([used.min(axis=0), used.max(axis=0)]) for used in (_used(sim), _used(space))]
+    boxes = [
+        np.array([used.min(axis=0), used.max(axis=0)])
+        for used in (sim.points[used_points(sim)], space.points[used_points(space)])
+    ]
     (low, high), (space_low, space_high) = boxes
     margin = 1e-6 * np.linalg.norm(space_high - space_low)
     sizes = [" x ".join(f"{size:.4g}" for size in box[1] - box[0]) for box in boxes]
@@ -186,10 +230,6 @@ def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
         if points.dtype.kind == "f"
     ]
     return float(max([fraction * space.diagonal, *roundings]))
-
-
-def _used(mesh: Mesh) -> Float64:
-    return mesh.points[np.unique(mesh.connectivity)]
 
 
 def _place(point: Float64) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import parallel
-from .closest_point import FLAT, ClosestPoint
+from .closest_point import FLAT, LEAF, ClosestPoint
 from .compiled import device, kernel
 
 Bool = npt.NDArray[np.bool_]
@@ -16,6 +16,136 @@ Int32 = npt.NDArray[np.int32]
 #: Part of the tolerance by which a triangle is moved along its normal. A surface that is folded along one
 #: of its sides comes into the moved triangle, by half the tolerance where the fold is of 30 degrees.
 LIFT = 0.125
+
+#: Most faces of the surface that are looked at together, and most nodes of its tree that wait.
+FACES, STACK = 64, 128
+
+#: Cosines. Normals on one side of the first are not turned against each other; those below the other are.
+_ASIDE, _AGAINST = 0.25, -0.9
+
+
+@device
+def scratch():  # type: ignore[no-untyped-def]
+    """Return the room that a kernel needs to look for crossings."""
+    return np.empty(STACK, np.int32), np.empty(FACES, np.int32), np.empty((2, 3))
+
+
+@device
+def no_box(box):  # type: ignore[no-untyped-def]
+    """Make the box (2, 3), low and high corner, that of nothing."""
+    for axis in range(3):
+        box[0, axis] = np.inf
+        box[1, axis] = -np.inf
+
+
+@device
+def widen(box, points, v):  # type: ignore[no-untyped-def]
+    """Make the box hold v."""
+    for axis in range(3):
+        box[0, axis] = min(box[0, axis], points[v, axis])
+        box[1, axis] = max(box[1, axis], points[v, axis])
+
+
+@device
+def faces_near(tree, box, margin, stack, top, found):  # type: ignore[no-untyped-def]
+    """Find the faces of a surface whose boxes come within `margin` of `box`, as many as `found` holds.
+
+    Begins with ``stack[0] = 0`` and ``top = 1``, the root; there are more as long as the `top` returned
+    is not 0, with which it goes on. Returns how many were found, and that.
+    """
+    others, faces, order, node_low, node_high, node = tree
+    low_x = box[0, 0] - margin
+    low_y = box[0, 1] - margin
+    low_z = box[0, 2] - margin
+    high_x = box[1, 0] + margin
+    high_y = box[1, 1] + margin
+    high_z = box[1, 2] + margin
+    count = 0
+    while top > 0 and count + LEAF <= found.size:
+        top -= 1
+        i = stack[top]
+        if (
+            node_low[i, 0] > high_x or node_high[i, 0] < low_x
+            or node_low[i, 1] > high_y or node_high[i, 1] < low_y
+            or node_low[i, 2] > high_z or node_high[i, 2] < low_z
+        ):  # fmt: skip
+            continue
+        if node[i, 2] >= 0:
+            stack[top] = node[i, 2]
+            stack[top + 1] = node[i, 2] + 1
+            top += 2
+            continue
+        for k in range(node[i, 0], node[i, 1]):
+            f = order[k]
+            u = faces[f, 0]
+            v = faces[f, 1]
+            w = faces[f, 2]
+            if (
+                min(others[u, 0], min(others[v, 0], others[w, 0])) > high_x
+                or max(others[u, 0], max(others[v, 0], others[w, 0])) < low_x
+                or min(others[u, 1], min(others[v, 1], others[w, 1])) > high_y
+                or max(others[u, 1], max(others[v, 1], others[w, 1])) < low_y
+                or min(others[u, 2], min(others[v, 2], others[w, 2])) > high_z
+                or max(others[u, 2], max(others[v, 2], others[w, 2])) < low_z
+            ):
+                continue
+            found[count] = f
+            count += 1
+    return count, top
+
+
+@device
+def turned_against(normals, found, count):  # type: ignore[no-untyped-def]
+    """Return whether two of the faces found have normals turned against each other, to 26 degrees."""
+    aside = False
+    for a in range(1, count):
+        along = 0.0
+        for axis in range(3):
+            along += normals[found[0], axis] * normals[found[a], axis]
+        aside = aside or along < _ASIDE
+    if not aside:
+        return False
+    for a in range(1, count):
+        for b in range(a):
+            along = 0.0
+            for axis in range(3):
+                along += normals[found[a], axis] * normals[found[b], axis]
+            if along < _AGAINST:
+                return True
+    return False
+
+
+@device
+def behind_planes(tree, normals, found, count, tolerance, points, v, ring, first, last):  # type: ignore[no-untyped-def]
+    """Return whether v and ring[first:last] are on the inner side of the planes of all faces found.
+
+    Then, if no two of these faces are turned against each other, none of the triangles round v crosses, as
+    :func:`crosses` has it. For it moves a triangle by the lift both ways. A face that comes into it deeper
+    than the tolerance from its sides, while its corners are no higher over the face than half the lift, is
+    almost parallel to it, sine 3/2 LIFT at most, and with its normal to the side it is moved to. So the two
+    faces it takes have normals against each other, to 22 degrees.
+    """
+    others = tree[0]
+    faces = tree[1]
+    most = 0.5 * LIFT * tolerance
+    for c in range(count):
+        f = found[c]
+        nx = normals[f, 0]
+        ny = normals[f, 1]
+        nz = normals[f, 2]
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            return False
+        o = faces[f, 0]
+        ox = others[o, 0]
+        oy = others[o, 1]
+        oz = others[o, 2]
+        if (points[v, 0] - ox) * nx + (points[v, 1] - oy) * ny + (points[v, 2] - oz) * nz > most:
+            return False
+        for r in range(first, last):
+            k = ring[r]
+            if (points[k, 0] - ox) * nx + (points[k, 1] - oy) * ny + (points[k, 2] - oz) * nz > most:
+                return False
+    return True
 
 
 @device
@@ -113,13 +243,14 @@ def _height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
 
 
 @device
-def crosses(points, p, q, r, tree, tolerance, stack):  # type: ignore[no-untyped-def]
+def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-def]
     """Whether the triangle (p, q, r) crosses the surface of `tree`, by more than touching.
 
     The surface must cross the triangle both when it is moved a little along its normal and when it is
-    moved the other way: a surface that touches it, or runs along it, crosses in one case at most.
+    moved the other way: a surface that touches it, or runs along it, crosses in one case at most. `room` is
+    :func:`scratch`.
     """
-    others, faces, order, node_low, node_high, node = tree
+    stack, found, box = room
     ax = points[q, 0] - points[p, 0]
     ay = points[q, 1] - points[p, 1]
     az = points[q, 2] - points[p, 2]
@@ -134,39 +265,25 @@ def crosses(points, p, q, r, tree, tolerance, stack):  # type: ignore[no-untyped
         return False  # a line: what crosses it crosses the triangles beside it
     length = np.sqrt(square)
     normal = (nx / length, ny / length, nz / length)
-    low_x = min(points[p, 0], min(points[q, 0], points[r, 0])) - tolerance
-    low_y = min(points[p, 1], min(points[q, 1], points[r, 1])) - tolerance
-    low_z = min(points[p, 2], min(points[q, 2], points[r, 2])) - tolerance
-    high_x = max(points[p, 0], max(points[q, 0], points[r, 0])) + tolerance
-    high_y = max(points[p, 1], max(points[q, 1], points[r, 1])) + tolerance
-    high_z = max(points[p, 2], max(points[q, 2], points[r, 2])) + tolerance
+    no_box(box)
+    widen(box, points, p)
+    widen(box, points, q)
+    widen(box, points, r)
     above = False
     below = False
     top = 1
     stack[0] = 0
     while top > 0:
-        top -= 1
-        i = stack[top]
-        if (
-            node_low[i, 0] > high_x or node_high[i, 0] < low_x
-            or node_low[i, 1] > high_y or node_high[i, 1] < low_y
-            or node_low[i, 2] > high_z or node_high[i, 2] < low_z
-        ):  # fmt: skip
-            continue
-        if node[i, 2] >= 0:
-            stack[top] = node[i, 2]
-            stack[top + 1] = node[i, 2] + 1
-            top += 2
-            continue
-        for k in range(node[i, 0], node[i, 1]):
-            f = order[k]
+        count, top = faces_near(tree, box, tolerance, stack, top, found)
+        for c in range(count):
+            f = found[c]
             for side in range(2):
                 if above if side == 0 else below:
                     continue
                 lift = LIFT * tolerance if side == 0 else -LIFT * tolerance
                 if _pierces(
                     points, p, q, r, normal, lift,
-                    others, faces[f, 0], faces[f, 1], faces[f, 2], tolerance,
+                    tree[0], tree[1][f, 0], tree[1][f, 1], tree[1][f, 2], tolerance,
                 ):  # fmt: skip
                     above = above or side == 0
                     below = below or side == 1
@@ -177,7 +294,7 @@ def crosses(points, p, q, r, tree, tolerance, stack):  # type: ignore[no-untyped
 
 @kernel
 def _find(starts, ends, points, triangles, distances, tree, tolerance, result):  # type: ignore[no-untyped-def]
-    stack = np.empty(128, np.int32)
+    room = scratch()
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
             p = triangles[f, 0]
@@ -187,7 +304,7 @@ def _find(starts, ends, points, triangles, distances, tree, tolerance, result): 
             result[f] = False
             # A signed distance grows by no more than the way gone (1-Lipschitz).
             if deepest + _covering_radius(points, p, q, r) > tolerance:
-                result[f] = crosses(points, p, q, r, tree, tolerance, stack)
+                result[f] = crosses(points, p, q, r, tree, tolerance, room)
 
 
 def crossing_triangles(

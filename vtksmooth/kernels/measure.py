@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import parallel
-from .adjacency import INTERIOR, ISOLATED, Adjacency
+from .adjacency import BORDER, IRREGULAR, Adjacency
 from .compiled import device, kernel
 from .mesh import Mesh
 from .quality import area_vectors, ring_normals
@@ -117,8 +117,22 @@ def _swept_volumes(starts, ends, before, after, offsets, connectivity, swept):  
 
 
 def is_closed(near: Adjacency) -> bool:
-    """Return whether the faces bound a volume: every vertex in use is regular, without a boundary."""
-    return bool(np.isin(near.border, (INTERIOR, ISOLATED)).all())
+    """Return whether the faces bound a volume: every edge runs as often back as forth.
+
+    So do those of cells that touch along an edge, where the surface is no manifold.
+    """
+    if (near.border == BORDER).any():
+        return False
+    # Elsewhere both faces of an edge agree.
+    corners = np.flatnonzero(near.border[near.connectivity] == IRREGULAR)
+    after = corners + 1
+    last = after == near.offsets[near.corner_face[corners] + 1]
+    after[last] = near.offsets[near.corner_face[corners[last]]]
+    start, end = near.connectivity[corners].astype(np.int64), near.connectivity[after].astype(np.int64)
+    n = len(near.border)
+    _, edge = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
+    both = near.border[end] == IRREGULAR
+    return not np.bincount(edge[both], weights=np.sign(end - start)[both]).any()
 
 
 def signed_volume(mesh: Mesh) -> float:

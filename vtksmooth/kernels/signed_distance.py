@@ -59,6 +59,19 @@ def _signed_distances(starts, ends, tree, normals, points, distances):  # type: 
             )
 
 
+@kernel
+def _touching(starts, ends, tree, points, distance, result):  # type: ignore[no-untyped-def]
+    stack = np.empty(128, np.int32)
+    square = distance * distance
+    for part in range(starts.size):
+        for i in range(starts[part], ends[part]):
+            # Nothing farther is looked at, and the first face near enough will do.
+            _, _, _, _, f, _, _ = query(
+                tree, points[i, 0], points[i, 1], points[i, 2], np.nextafter(square, np.inf), square, stack
+            )
+            result[i] = f >= 0
+
+
 class SignedDistanceTree:
     """A surface that can be asked for signed distances, negative inside.
 
@@ -100,6 +113,19 @@ class SignedDistanceTree:
             self.tree, self.normals, points, distances, smallest_share=2048,
         )  # fmt: skip
         return distances
+
+    def touching(self, points: npt.ArrayLike, distance: float) -> npt.NDArray[np.bool_]:
+        """Return which of the points (q, 3) are no farther from the surface than `distance`, (q,).
+
+        Far cheaper than their distances: most points are nowhere near.
+        """
+        points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+        result = np.empty(len(points), np.bool_)
+        parallel.run(
+            _touching, *parallel.ranges(len(points), 1024),
+            self.tree, points, float(distance), result, smallest_share=2048,
+        )  # fmt: skip
+        return result
 
 
 def _pseudonormals(points: Float64, faces: npt.NDArray[np.int32]) -> Float64:

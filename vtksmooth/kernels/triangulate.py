@@ -658,21 +658,21 @@ def triangulate(mesh: Mesh) -> tuple[Int32, Int32]:
         count, impossible, culprit = _prepare(
             mesh.points, mesh.offsets, mesh.connectivity, int(sizes.max()), offsets, corners, faces
         )
-        _refuse(impossible, culprit)
+        _refuse(mesh, impossible, culprit)
         offsets, faces = offsets[: count + 1], faces[:count]
         corners = corners[: offsets[-1]]
     polygons = Mesh(mesh.points, offsets, corners)
     if not polygons.n_faces:
         raise InvalidMeshError("The mesh has no faces with three corners or more; there is nothing to split.")
-    fate, first_candidate = _chosen(polygons, faces)
+    fate, first_candidate = _chosen(polygons, faces, mesh)
     most = int((polygons.face_sizes - 2).sum(dtype=np.int64))
     triangles, cell = np.empty((most, 3), np.int32), np.empty(most, np.int32)
     _write(offsets, corners, first_candidate, fate, triangles, cell)
     return triangles, cell if faces is None else faces[cell]
 
 
-def _chosen(polygons: Mesh, faces: Int32 | None) -> tuple[npt.NDArray[np.uint8], Int32]:
-    """Return the fate of every diagonal, and each polygon's first one."""
+def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArray[np.uint8], Int32]:
+    """Return the fate of every diagonal, and each polygon's first one; these are parts of `given` faces."""
     offsets, corners = polygons.offsets, polygons.connectivity
     sizes = polygons.face_sizes.astype(np.int64)
     first_candidate = np.concatenate(([0], np.cumsum(sizes * (sizes - 3) // 2))).astype(np.int32)
@@ -682,7 +682,7 @@ def _chosen(polygons: Mesh, faces: Int32 | None) -> tuple[npt.NDArray[np.uint8],
     impossible, culprit = _find_candidates(
         polygons.points, offsets, corners, first_candidate, face, ends, fate, least
     )
-    _refuse(impossible, culprit if faces is None else int(faces[culprit]))
+    _refuse(given, impossible, culprit if faces is None else int(faces[culprit]))
     rows, _, _, after, before = vertex_corners(polygons)
     ring_offsets, ring, border, _ = one_rings(rows, after, before)
     valence = np.diff(ring_offsets)
@@ -703,9 +703,11 @@ def _chosen(polygons: Mesh, faces: Int32 | None) -> tuple[npt.NDArray[np.uint8],
     return fate, first_candidate
 
 
-def _refuse(impossible: int, culprit: int) -> None:
+def _refuse(mesh: Mesh, impossible: int, culprit: int) -> None:
     if impossible:
+        corners = mesh.connectivity[mesh.offsets[culprit] : mesh.offsets[culprit + 1]]
+        place = ", ".join(f"{x:.6g}" for x in mesh.points[corners].mean(axis=0))
         raise InvalidMeshError(
-            f"{impossible} of the polygons cross themselves (the first is face {culprit}) and cannot be "
-            "triangulated without turning triangles over; repair or remove them."
+            f"{impossible} of the polygons cross themselves, the first is face {culprit} at ({place}); "
+            "put their corners in order, or remove them."
         )

@@ -10,13 +10,10 @@ import numpy.typing as npt
 from ...errors import InvalidMeshError
 from .. import parallel
 from ..compiled import device, kernel
-from ..crossings import crosses
+from ..crossings import behind_planes, crosses, faces_near, no_box, scratch, turned_against, widen
 from ..signed_distance import SignedDistanceTree, signed_distance
 from ..state import State
 from . import Constraint, Float64, Int64
-
-#: Most triangles of a tree that wait to be looked at.
-STACK = 128
 
 
 class Guard(NamedTuple):
@@ -62,6 +59,23 @@ def bound_at(guard, v, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @device
+def distance_at(guard, v, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
+    """Return the signed distance of vertex v at (x, y, z), where it is `bound` at most, by a query."""
+    # |d| changes by no more than the way either: the surface is no farther than that.
+    most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
+    return signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
+
+
+@device
+def learn(guard, v, x, y, z, distance):  # type: ignore[no-untyped-def]
+    """Keep the signed distance of vertex v at (x, y, z)."""
+    guard.known[v, 0] = x
+    guard.known[v, 1] = y
+    guard.known[v, 2] = z
+    guard.known[v, 3] = distance
+
+
+@device
 def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
     """Return whether vertex v may go to (x, y, z): 2 by what is known already, 1 by a query, 0 not.
 
@@ -74,21 +88,87 @@ def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
     bound = bound_at(guard, v, x, y, z)
     if bound > guard.limit[v]:
         answer = 1
-        # |d| changes by no more than the way either: the surface is no farther than that.
-        most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
-        bound = signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
+        bound = distance_at(guard, v, x, y, z, bound, stack)
         if not bound <= guard.limit[v]:
             return 0
-        guard.known[v, 0] = x
-        guard.known[v, 1] = y
-        guard.known[v, 2] = z
-        guard.known[v, 3] = bound
+        learn(guard, v, x, y, z, bound)
     guard.slack[v] = guard.limit[v] - bound
     return answer
 
 
 @device
-def triangle_crosses(guard, points, p, q, r, stack):  # type: ignore[no-untyped-def]
+def star_inside(guard, points, v, ring, first, last, stack):  # type: ignore[no-untyped-def]
+    """Return whether v and ring[first:last] lie in a ball round v that is certainly inside.
+
+    Nearly all stars do. Also returns whether a distance was asked for, where what is known is from too far.
+    """
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    longest = 0.0
+    for r in range(first, last):
+        k = ring[r]
+        dx = points[k, 0] - x
+        dy = points[k, 1] - y
+        dz = points[k, 2] - z
+        longest = max(longest, dx * dx + dy * dy + dz * dz)
+    most = guard.tolerance - np.sqrt(longest)
+    if guard.limit[v] - guard.slack[v] <= most:
+        return True, False
+    # The slack has been worn off by ways there and back.
+    bound = bound_at(guard, v, x, y, z)
+    asked = bound > most and 2.0 * guard.known[v, 3] - bound <= most
+    if asked:
+        bound = distance_at(guard, v, x, y, z, bound, stack)
+        learn(guard, v, x, y, z, bound)
+    if bound <= most:
+        guard.slack[v] = guard.limit[v] - bound
+    return bound <= most, asked
+
+
+@device
+def may_cross(guard, points, i, j, ring, offsets, room):  # type: ignore[no-untyped-def]
+    """Return whether a triangle round vertex i or j may cross the surface; -1 stands for no vertex.
+
+    None does where the stars lie in balls that are inside, where no face comes near, and where all points of
+    the stars are behind the planes of the faces that do. Also returns how many distances were asked for.
+    """
+    stack, found, box = room
+    asked = 0
+    no_box(box)
+    near_i = False
+    near_j = False
+    for end in range(2):
+        v = i if end == 0 else j
+        if v < 0:
+            continue
+        inside, query = star_inside(guard, points, v, ring, offsets[v], offsets[v + 1], stack)
+        asked += query
+        if inside:
+            continue
+        near_i = near_i or end == 0
+        near_j = near_j or end == 1
+        widen(box, points, v)
+        for r in range(offsets[v], offsets[v + 1]):
+            widen(box, points, ring[r])
+    if not (near_i or near_j):
+        return False, asked
+    stack[0] = 0
+    count, more = faces_near(guard.tree, box, guard.tolerance, stack, 1, found)
+    if more > 0 or turned_against(guard.normals, found, count):
+        return True, asked
+    for end in range(2):
+        v = i if end == 0 else j
+        if (near_i if end == 0 else near_j) and not behind_planes(
+            guard.tree, guard.normals, found, count, guard.tolerance,
+            points, v, ring, offsets[v], offsets[v + 1],
+        ):  # fmt: skip
+            return True, asked
+    return False, asked
+
+
+@device
+def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-def]
     """Return whether the triangle (p, q, r) crosses the surface; those certainly inside are not tested."""
     highest = -np.inf
     longest = 0.0
@@ -103,37 +183,25 @@ def triangle_crosses(guard, points, p, q, r, stack):  # type: ignore[no-untyped-
     # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3).
     if highest + np.sqrt(longest / 3.0) <= guard.tolerance:
         return False
-    return crosses(points, p, q, r, guard.tree, guard.tolerance, stack)
+    return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
 
 
 @device
-def star_crosses(guard, points, v, ring, first, last, stack):  # type: ignore[no-untyped-def]
+def star_crosses(guard, points, v, ring, first, last, room):  # type: ignore[no-untyped-def]
     """Return whether a triangle of v and two successive ones of ring[first:last], cyclic, crosses."""
-    x = points[v, 0]
-    y = points[v, 1]
-    z = points[v, 2]
-    longest = 0.0
-    for r in range(first, last):
-        k = ring[r]
-        dx = points[k, 0] - x
-        dy = points[k, 1] - y
-        dz = points[k, 2] - z
-        longest = max(longest, dx * dx + dy * dy + dz * dz)
-    # Nearly always the whole star lies in the ball round v that is certainly inside.
-    if guard.limit[v] - guard.slack[v] + np.sqrt(longest) <= guard.tolerance:
-        return False
     k = ring[last - 1]
     for r in range(first, last):
         before = k
         k = ring[r]
-        if triangle_crosses(guard, points, v, before, k, stack):
+        if triangle_crosses(guard, points, v, before, k, room):
             return True
     return False
 
 
 @kernel
 def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: ignore[no-untyped-def]
-    stack = np.empty(STACK, np.int32)
+    room = scratch()
+    stack = room[0]
     checked = 0
     asked = 0
     for part in range(starts.size):
@@ -152,10 +220,12 @@ def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: 
             if good and guard.exact:
                 # Neighbours stand still: the vertex may be tried out where it wants to go.
                 points[v] = proposed[v]
-                for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                possible, queries = may_cross(guard, points, v, -1, near.ring, near.ring_offsets, room)
+                asked += queries
+                for i in range(near.corner_offsets[v], near.corner_offsets[v + 1] if possible else 0):
                     a = 3 * near.corner_face[near.corners[i]]
                     p, q, r = near.connectivity[a], near.connectivity[a + 1], near.connectivity[a + 2]
-                    good = good and not triangle_crosses(guard, points, p, q, r, stack)
+                    good = good and not triangle_crosses(guard, points, p, q, r, room)
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z

@@ -13,8 +13,9 @@ from ...errors import InvalidMeshError
 from .. import adjacency, parallel
 from ..adjacency import Adjacency
 from ..compiled import kernel
-from ..constraints.containment import STACK, Containment, Guard, may_go, star_crosses
+from ..constraints.containment import Containment, Guard, may_cross, may_go, star_crosses
 from ..constraints.containment import guard as guard_of
+from ..crossings import scratch
 from ..laplacian import Weights
 from ..mesh import Mesh
 from ..signed_distance import SignedDistanceTree
@@ -221,7 +222,8 @@ def _sweep(  # type: ignore[no-untyped-def]
     moved = 0
     checked = 0
     asked = 0
-    stack = np.empty(STACK, np.int32)
+    room = scratch()
+    stack = room[0]
     old = np.empty((2, 3))
     d = np.empty((2, 3))  # steps of the two ends
     g = np.empty((2, 3))  # gradients of the volume
@@ -356,11 +358,15 @@ def _sweep(  # type: ignore[no-untyped-def]
                     for axis in range(3):
                         rows[v, axis] += d[end, axis]
             if guard.exact:
-                for end in range(2):
+                possible, queries = may_cross(
+                    guard, rows, i if si > 0.0 else -1, j if sj > 0.0 else -1, ring, offsets, room
+                )
+                asked += queries
+                for end in range(2 if possible else 0):
                     v = edges[e, end]
                     if rows[v, 6] > 0.0:
                         good = good and not star_crosses(
-                            guard, rows, v, ring, offsets[v], offsets[v + 1], stack
+                            guard, rows, v, ring, offsets[v], offsets[v + 1], room
                         )
                 if not good:
                     guard.slack[i] = slack_i
