@@ -259,9 +259,14 @@ class Recipes(QObject):
             self.write(Path(name), kind)
 
     def write(self, path: Path, kind: str = JSON) -> None:
-        """Write the recipe as :data:`JSON`, or as a script for :data:`VTK` or :data:`PYVISTA`."""
-        suffix = ".json" if kind == JSON else ".py"
-        path = path if path.suffix else path.with_suffix(suffix)
+        """Write the recipe as :data:`JSON`, or as a script for :data:`VTK` or :data:`PYVISTA`.
+
+        The extension of `path`, if it has one, is what counts.
+        """
+        extension = path.suffix.lower() or (".json" if kind == JSON else ".py")
+        path = path.with_suffix(extension)
+        if (extension == ".py") != (kind != JSON):
+            kind = VTK if extension == ".py" else JSON
         recipe = self.draft.recipe
         try:
             if kind == JSON:
@@ -320,9 +325,10 @@ class Recipes(QObject):
         assert layer is not None
         start = (layer.path or Path(layer.name)).with_suffix(".html")
         formats = ";;".join(f"{extension[1:].upper()} (*{extension})" for extension in FORMATS)
-        name, _ = QFileDialog.getSaveFileName(self._window, "Save report", str(start), formats)
+        name, kind = QFileDialog.getSaveFileName(self._window, "Save report", str(start), formats)
         if name:
-            self.write_report(Path(name))
+            chosen = next((extension for extension in FORMATS if extension in kind), start.suffix)
+            self.write_report(Path(name) if Path(name).suffix else Path(name).with_suffix(chosen))
 
     def write_report(self, path: Path) -> Job | None:
         """Write a report of what the recipe has made of the active layer; `path` chooses the format."""

@@ -247,16 +247,45 @@ def test_a_further_input_is_chosen_among_the_layers(steps, ant, tmp_path):
 # -- files ---------------------------------------------------------------------------------------------
 
 
-def test_a_recipe_is_saved_and_replayed_on_another_mesh(steps, tmp_path):
+def answer(monkeypatch, method, path, kind=""):
+    """Let the next file dialogs be answered with `path`."""
+    from PySide6.QtWidgets import QFileDialog
+
+    monkeypatch.setattr(QFileDialog, method, lambda *_: (str(path) if path else "", kind))
+
+
+def test_the_kind_of_a_file_is_what_its_name_says(steps, tmp_path, monkeypatch):
+    from vtksmooth_gui.controllers.recipes import JSON, PYVISTA, VTK
+
+    for name, kind, written, begins in (
+        ("a", JSON, "a.json", "{"),
+        ("b", VTK, "b.py", '"""VTK pipeline'),
+        ("c.py", PYVISTA, "c.py", '"""PyVista script'),
+        ("d.py", JSON, "d.py", '"""VTK pipeline'),
+        ("e.json", VTK, "e.json", "{"),
+    ):
+        answer(monkeypatch, "getSaveFileName", tmp_path / name, kind)
+        steps.do("save_recipe")
+        assert written in steps.said
+        assert (tmp_path / written).read_text().startswith(begins)
+    answer(monkeypatch, "getSaveFileName", "")
+    steps.do("save_recipe")
+    steps.do("report")
+    assert len([*tmp_path.glob("?.*")]) == 5
+
+
+def test_a_recipe_is_saved_and_replayed_on_another_mesh(steps, tmp_path, monkeypatch):
     path = tmp_path / "recipe.json"
-    steps.application.recipes.write(path)
+    answer(monkeypatch, "getSaveFileName", path, "Recipe (*.json)")
+    steps.do("save_recipe")
     assert Recipe.load(path) == RECIPE
     sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
     sphere.save(tmp_path / "sphere.ply")
     steps.drop(tmp_path / "sphere.ply")
     steps.application._activate(steps.document.layers[1])
     assert listed(steps) == []
-    steps.application.recipes.load(path)
+    answer(monkeypatch, "getOpenFileName", path)
+    steps.do("open_recipe")
     assert listed(steps) == ["1  Trapezium Drawing", "2  Laplacian Smoothing"]
     steps.do("run_recipe")
     assert same_points(steps.mesh, RECIPE.run(read_surface(tmp_path / "sphere.ply")[0]))
@@ -324,8 +353,8 @@ def test_every_filter_has_a_form_in_the_recipe(user, ant, cls):
 
 def test_reports(steps, tmp_path):
     for extension in (".html", ".pdf"):
-        steps.application.recipes.write_report(tmp_path / f"report{extension}")
-        steps.wait()
+        answer(monkeypatch, "getSaveFileName", tmp_path / "report", f"A page (*{extension})")
+        steps.do("report")
         assert f"report{extension}" in steps.said
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "trapezium-drawing iterations=3" in text
