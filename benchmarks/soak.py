@@ -29,6 +29,7 @@ from vtksmooth_gui.model.layer import Layer
 from vtksmooth_gui.model.state import State
 from vtksmooth_gui.settings import Settings
 from vtksmooth_gui.tour import pause
+from vtksmooth_gui.views.questions import Answer
 
 _SWITCHES = (
     "toggle_before",
@@ -226,7 +227,7 @@ def main() -> int:
     start.set_up()
     with tempfile.TemporaryDirectory() as folder:
         application = Application(Settings(Path(folder) / "settings.ini"))
-        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        application.sessions.ask_unsaved = lambda names, save: Answer.DISCARD  # type: ignore[method-assign]
         sys.excepthook = lambda *error: (wrong.append(error), sys.__excepthook__(*error))
         application.window.resize(1100, 750)
         application.window.show()

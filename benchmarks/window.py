@@ -93,6 +93,7 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
     from vtksmooth_gui.controllers.application import Application
     from vtksmooth_gui.settings import Settings
     from vtksmooth_gui.tour import pause
+    from vtksmooth_gui.views.questions import Answer
 
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -108,7 +109,7 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
         write_surface(mesh, path)
         start.set_up()
         application = Application(Settings(Path(settings)))
-        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        application.sessions.ask_unsaved = lambda names, save: Answer.DISCARD  # type: ignore[method-assign]
         window, view = application.window, application.window.view
         window.show()
         window.activateWindow()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .model.overlays import OVERLAYS
+from .model.units import UNITS
 
 #: Colours for the overlays: perceptually uniform, and readable with any colour vision.
 COLOURS = ("viridis", "cividis", "plasma", "inferno")
@@ -52,6 +53,9 @@ COMMANDS: tuple[Command, ...] = (
     Command("open", "Open…", "File", "Ctrl+O", "Open meshes, each as a layer", tool=True),
     Command("save", "Save", "File", "Ctrl+S", "Write the active layer to its file", tool=True),
     Command("save_as", "Save As…", "File", "Ctrl+Shift+S", "Write the active layer to another file"),
+    Command("open_session", "Open Session…", "File", tip="Everything as it was saved"),
+    Command("save_session", "Save Session", "File", "Ctrl+E", "Layers, history and views in one file"),
+    Command("save_session_as", "Save Session As…", "File"),
     Command("close_layer", "Close Layer", "File", "Ctrl+W", "Close the active layer; undo brings it back"),
     Command("screenshot", "Screenshot…", "File", "F12", "Picture of the view, of any size"),
     Command("quit", "Quit", "File", "Ctrl+Q"),
@@ -77,7 +81,7 @@ COMMANDS: tuple[Command, ...] = (
     Command(overlay_id("none"), "Plain", "Overlay", "0", "No overlay", False, "overlay"),
     *(
         Command(
-            overlay_id(one.id), one.title, "Overlay", str(number) if number < 10 else "M", one.help,
+            overlay_id(one.id), one.title, "Overlay", "123456789M"[number - 1 : number], one.help,
             one is OVERLAYS[0], "overlay",
         )
         for number, one in enumerate(OVERLAYS, 1)
@@ -103,9 +107,27 @@ COMMANDS: tuple[Command, ...] = (
     Command("copy_command", "Copy as Command Line", "Recipe"),
     Command("batch", "Batch…", "Recipe", "Ctrl+Shift+B", "A recipe on many files"),
     Command("report", "Report…", "Recipe", "Ctrl+Shift+R", "A page with pictures, measures and the recipe"),
+    Command("measure_distance", "Distance", "Measure", "D", "Pick two points", False),
+    Command("measure_angle", "Angle", "Measure", "A", "Pick three points, the apex second", False),
+    Command(
+        "measure_radius", "Radius", "Measure", "R",
+        "Pick a face: sphere and cylinder that fit its surroundings best", False,
+    ),
+    Command("remove_measurements", "Remove Measurements", "Measure", "", "Those selected, or all"),
+    Command("section", "Cross-Section", "Measure", "C", "Cut with a plane that can be dragged", False),
+    *(
+        Command(f"section_{axis}", f"Across {axis.upper()}", "Measure > Plane", "", f"Cut across {axis}")
+        for axis in "xyz"
+    ),
+    Command("section_view", "Across the View", "Measure > Plane", "", "Cut along the line of sight, upright"),
+    Command("compare_layers", "Compare Layers…", "Measure", "K", "How far one layer is from another"),
+    *(
+        Command(f"unit_{unit or 'none'}", title, "Measure > Unit", "", "Unit of lengths", not unit, "unit")
+        for unit, title in UNITS.items()
+    ),
     Command("cheat_sheet", "Keyboard Shortcuts", "Help", "H"),
     Command("about", "About", "Help", tip="Versions, for a report of a defect"),
 )  # fmt: skip
 
 #: The menus in their order.
-MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Recipe", "Help")
+MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Recipe", "Measure", "Help")

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QByteArray, QSettings
+from PySide6.QtCore import QByteArray, QSettings, QStandardPaths
 
 _RECENT = 10
 
@@ -17,14 +17,18 @@ class Settings:
     Parameters
     ----------
     file : path-like, optional
-        File to keep the settings in; without, the usual place of the system.
+        File to keep the settings in, with the state in a folder beside it; without, the usual places
+        of the system.
     """
 
     def __init__(self, file: Path | None = None) -> None:
+        places = QStandardPaths.StandardLocation
         if file is None:
             self._store = QSettings("vtksmooth", "vtksmooth-gui")
+            self._folder = Path(QStandardPaths.writableLocation(places.GenericStateLocation)) / "vtksmooth"
         else:
             self._store = QSettings(str(file), QSettings.Format.IniFormat)
+            self._folder = file.with_suffix(".state")
 
     def get(self, key: str, default: Any) -> Any:
         """Return the value kept under `key`, or the default."""
@@ -46,6 +50,11 @@ class Settings:
     def set_layout(self, key: str, value: QByteArray) -> None:
         """Keep a layout of the window."""
         self._store.setValue(f"layout/{key}", value)
+
+    @property
+    def state_folder(self) -> Path:
+        """Where to keep what a crash must not destroy."""
+        return self._folder
 
     @property
     def recent(self) -> list[str]:

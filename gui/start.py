@@ -35,6 +35,7 @@ def run(meshes: list[Path]) -> int:
     qt = set_up()
     application = Application(Settings())
     application.window.show()
+    application.sessions.offer_recovery()
     application.files.open_paths(meshes)
     # Python looks at signals between its own instructions: give it some.
     signal.signal(signal.SIGINT, lambda *_: application.window.close())

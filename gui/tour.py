@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 from PySide6.QtCore import QEventLoop, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 from vtksmooth import samples
 from vtksmooth.filters import FILTERS, Filter, LaplacianSmoothing, NullSpaceSmoothing, TrapeziumDrawing
@@ -26,8 +27,12 @@ from vtksmooth.pages.pdf import figures
 from . import start  # first of all: it chooses how Qt draws
 from .controllers.application import Application
 from .controllers.recipes import report_maker
+from .controllers.sessions import WHAT_SAVE_DOES
 from .model.layer import Role
+from .model.measure import Kind, Measurement
 from .settings import Settings
+from .views import questions
+from .views.questions import Answer
 
 _SIZE = (1600, 950)
 
@@ -92,6 +97,13 @@ class Tour:
         path = self.output / f"app_{name}.png"
         (widget or self.window).grab().save(str(path))
         self.written.append(path)
+
+    def cancel_question(self, name: str) -> None:
+        """Take a picture of the question that is asked, and cancel it."""
+        box = QApplication.activeModalWidget()
+        assert isinstance(box, QMessageBox)
+        self.picture(name, box, at_once=True)
+        box.reject()
 
 
 def scan(folder: Path) -> Path:
@@ -183,7 +195,44 @@ def contain(tour: Tour, folder: Path) -> None:
         tour.picture("contained")
 
 
-STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, repeat, contain)
+def measure(tour: Tour, folder: Path) -> None:
+    """Measure a nut, cut it, compare it with a coarser one, and save everything."""
+    nut = pv.read(pv.examples.nutfile).clean()
+    nut.points -= nut.points.mean(axis=0)
+    nut.save(folder / "nut.ply")
+    tour.open(folder / "nut.ply")
+    tour.do("unit_mm", "overlay_none")
+    tour.apply(LaplacianSmoothing, iterations=4)
+    layer, measuring = tour.document.active, tour.application.measuring
+    assert layer is not None
+    assert layer.state is not None
+    places = layer.state.points
+    across = np.argmax(places[:, 0]), np.argmin(places[:, 0])
+    tour.document.measure(Measurement(Kind.DISTANCE, layer, np.array(across), layer.state.n_points))
+    reach = np.linalg.norm(layer.opened.points[:, ::2], axis=1)
+    hole = np.flatnonzero(reach < 1.05 * reach.min())
+    tour.document.measure(Measurement(Kind.RADIUS, layer, hole, layer.state.n_points))
+    tour.window.view.look_from((0.6, -1.0, 0.5), (0, 0, 1))
+    measuring.cut_across((0.0, 1.0, 0.0))
+    tour.window.show_panel("Measurements")
+    tour.picture("measuring")
+    tour.do("section")
+    nut.decimate(0.7).save(folder / "coarse.ply")
+    tour.open(folder / "coarse.ply")
+    tour.document.set_visible(tour.document.layers[-1], False)
+    tour.do("compare_layers")
+    dialog = tour.application.comparing.dialog
+    assert dialog is not None
+    tour.picture("compare", dialog)
+    dialog.accept()
+    tour.picture("comparing")
+    tour.application.sessions.write(folder / "nut.vtksmooth")
+    tour.wait()
+    QTimer.singleShot(500, lambda: tour.cancel_question("unsaved"))
+    questions.ask_unsaved(tour.window, ["nut"], WHAT_SAVE_DOES)
+
+
+STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, repeat, contain, measure)
 
 
 def run(output: Path) -> list[Path]:
@@ -192,7 +241,7 @@ def run(output: Path) -> list[Path]:
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         application = Application(Settings(Path(folder) / "settings.ini"))
-        application.ask_unsaved = lambda names: True  # type: ignore[method-assign]
+        application.sessions.ask_unsaved = lambda names, save: Answer.DISCARD  # type: ignore[method-assign]
         application.window.resize(*_SIZE)
         application.window.show()
         tour = Tour(application, output)

@@ -39,7 +39,14 @@ TOP = len(FOREIGN) - 1
 GUI = ROOT / "gui"
 #: What each part of the application may import besides itself, numpy and the standard library.
 GUI_PARTS = {
-    "model": {"vtkmodules", "vtksmooth.errors", "vtksmooth.filters", "vtksmooth.kernels", "vtksmooth.recipe"},
+    "model": {
+        "vtkmodules",
+        "vtksmooth.errors",
+        "vtksmooth.files",
+        "vtksmooth.filters",
+        "vtksmooth.kernels",
+        "vtksmooth.recipe",
+    },
     "views": {
         "vtkmodules",
         "PySide6",
@@ -57,7 +64,7 @@ GUI_BELOW = {
     "model": set(),
     "views": {"model", "commands", "settings"},
     "controllers": {"model", "views", "commands", "settings"},
-    "": {"", "app", "model", "controllers", "settings", "start"},
+    "": {"", "app", "model", "views", "controllers", "settings", "start"},
 }
 
 

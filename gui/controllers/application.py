@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Slot
 from PySide6.QtGui import QCloseEvent, QColor, QGuiApplication, QImage, QPainter
-from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog, QMessageBox
+from PySide6.QtWidgets import QDialog, QFileDialog, QInputDialog
 
 from ..commands import COMMANDS
 from ..model import numbers
@@ -18,13 +18,17 @@ from ..settings import Settings
 from ..views.about import About
 from ..views.cheat_sheet import CheatSheet
 from ..views.main_window import MainWindow
+from ..views.questions import Answer
 from ..views.screenshot import ScreenshotDialog
 from .batches import Batches
+from .comparing import Comparing
 from .display import Display
 from .files import Files
 from .filtering import Filtering
 from .jobs import Jobs
+from .measuring import Measuring
 from .recipes import Recipes
+from .sessions import Sessions
 
 #: Switches whose position is remembered.
 _REMEMBERED = ("dark", "edges", "bands", "parallel", "bad_faces", "papers_bins")
@@ -45,9 +49,15 @@ class Application(QObject):
         self.display = Display(self.document, self.window, self.jobs, settings)
         self.recipes = Recipes(self.document, self.window, self.jobs, settings)
         self.batches = Batches(self.recipes.draft, self.window, self.jobs, settings)
+        self.measuring = Measuring(self.document, self.window, self.jobs, self.display)
+        self.comparing = Comparing(self.document, self.window, self.display)
+        self.sessions = Sessions(
+            self.document, self.window, self.jobs, settings, self.files, self.filtering, self.display,
+            self.recipes.draft,
+        )  # fmt: skip
         self.filtering.previewed.connect(self.display.set_preview)
         self.batches.opened.connect(self.files.open_paths)
-        own = self.display.commands()
+        own = {**self.display.commands(), **self.measuring.commands()}
         for command in COMMANDS:
             if command.id not in own:
                 self.window.action(command.id).triggered.connect(self._handler(command.id))
@@ -58,11 +68,13 @@ class Application(QObject):
         window.layers.role_asked.connect(self._set_role)
         window.history.asked.connect(self._go)
         self.document.changed.connect(self.refresh)
+        self.sessions.changed.connect(self._show_title)
         self._dialogs: dict[str, QDialog] = {}
         self.refresh()
 
     def _handler(self, id: str) -> Callable[..., Any]:
-        for controller in (self, self.files, self.filtering, self.display, self.recipes, self.batches):
+        own = self, self.files, self.filtering, self.display, self.recipes, self.batches
+        for controller in (*own, self.measuring, self.comparing, self.sessions):
             method = getattr(controller, id, None)
             if method is not None:
                 return lambda *_: method()
@@ -78,8 +90,11 @@ class Application(QObject):
         window.action("redo").setEnabled(document.history.can_redo)
         for id in ("save", "save_as", "close_layer", "copy_numbers", "screenshot"):
             window.action(id).setEnabled(layer is not None)
-        name = "" if layer is None else f"{layer.name}{' *' if layer.unsaved else ''} - "
-        window.setWindowTitle(f"{name}vtksmooth")
+        self._show_title()
+
+    @Slot()
+    def _show_title(self) -> None:
+        self.window.setWindowTitle(self.sessions.title())
 
     # -- commands ----------------------------------------------------------------------------------
 
@@ -95,9 +110,21 @@ class Application(QObject):
 
     def close_layer(self) -> None:
         """Close the active layer."""
-        if self.document.active is not None:
-            self.jobs.cancel("apply")
-            self.document.close(self.document.active)
+        layer = self.document.active
+        if layer is None:
+            return
+        if layer.unsaved and self.sessions.modified:
+            answer = self.sessions.ask_unsaved([layer.name], "Save writes the mesh to a file.")
+            job = self.files.save() if answer is Answer.SAVE else None
+            if job is not None:
+                job.done.connect(lambda _: self._close(layer))
+            if answer is not Answer.DISCARD:
+                return
+        self._close(layer)
+
+    def _close(self, layer: Layer) -> None:
+        self.jobs.cancel("apply")
+        self.document.close(layer)
 
     def quit(self) -> None:
         """Close the window."""
@@ -107,7 +134,8 @@ class Application(QObject):
         """Put the figures on the clipboard, as Markdown."""
         layer, subject = self.document.active, self.display.subject
         if layer is not None and subject is not None:
-            QGuiApplication.clipboard().setText(numbers.markdown(layer.name, numbers.rows(subject)))
+            figures = numbers.rows(subject, self.document.unit)
+            QGuiApplication.clipboard().setText(numbers.markdown(layer.name, figures))
             self.window.notification.say("The numbers are on the clipboard, as a Markdown table.")
 
     def memory_limit(self) -> None:
@@ -198,22 +226,13 @@ class Application(QObject):
 
     # -- the end -----------------------------------------------------------------------------------
 
-    def ask_unsaved(self, names: list[str]) -> bool:
-        """Ask whether changes may be lost; return whether they may."""
-        answer = QMessageBox.question(
-            self.window, "Unsaved changes", f"{', '.join(names)}: changed, not saved. Close without saving?",
-            QMessageBox.StandardButton.Discard | QMessageBox.StandardButton.Cancel,
-            QMessageBox.StandardButton.Cancel,
-        )  # fmt: skip
-        return answer == QMessageBox.StandardButton.Discard
-
     @Slot(object)
     def _closing(self, event: QCloseEvent) -> None:
-        unsaved = [layer.name for layer in self.document.layers if layer.unsaved]
-        if unsaved and not self.ask_unsaved(unsaved):
+        if not self.sessions.may_lose(self.window.close):
             event.ignore()
             return
         for id in _REMEMBERED:
             self.settings.set(id, self.window.action(id).isChecked())
         self.filtering.remember()
         self.jobs.close()
+        self.sessions.close()

@@ -15,6 +15,7 @@ from ..model.layer import Role
 from ..model.overlays import OVERLAYS, Overlay, Subject, Unavailable
 from ..model.selection import face_points, faces_as_mesh
 from ..model.state import State
+from ..model.units import labelled
 from ..settings import Settings
 from ..views import scale
 from ..views.main_window import MainWindow
@@ -31,6 +32,9 @@ _CONTEXT = {
 }
 _LINES = ((0.1, 0.1, 0.12), 1.0)
 
+#: Switches that belong to what is looked at.
+_SWITCHES = ("toggle_before", "split", "swipe", "edges", "bad_faces", "bands", "parallel", "papers_bins")
+
 _CAMERAS = {
     "px": ((1, 0, 0), (0, 0, 1)),
     "nx": ((-1, 0, 0), (0, 0, 1)),
@@ -46,6 +50,8 @@ class Display(QObject):
 
     #: The overlay that was asked for is shown (or cannot be).
     shown = Signal()
+    #: Another mesh is shown, or another one before it.
+    subject_changed = Signal()
     #: The figures are complete.
     measured = Signal()
 
@@ -61,6 +67,7 @@ class Display(QObject):
         window.action(f"colours_{self._colours}").setChecked(True)
         self.selected: np.ndarray | None = None
         self._brush: tuple[float, float] | None = None
+        self._brush_when_shown: tuple[float, float] | None = None
         self._framed = False
         self._brush_timer = QTimer(self, singleShot=True, interval=25)
         self._brush_timer.timeout.connect(self._select)
@@ -106,8 +113,12 @@ class Display(QObject):
         if state is None:
             return None
         space = self._document.space
+        other = self._document.other
         return Subject(
-            state, self._document.before, space.state if space is not None and space is not layer else None
+            state,
+            self._document.before,
+            space.state if space is not None and space is not layer else None,
+            other.state if other is not None else None,
         )
 
     @Slot(object)
@@ -116,6 +127,7 @@ class Display(QObject):
         if state is not self._preview:
             self._preview = state
             self.refresh()
+            self.subject_changed.emit()
 
     def refresh(self) -> None:
         """Show the document as it is now."""
@@ -192,7 +204,7 @@ class Display(QObject):
         """Return what the overlay of "before" is computed from; a comparison has none."""
         if subject.before is None or subject.before is subject.state or one.needs == "before":
             return None
-        return Subject(subject.before, None, subject.space)
+        return Subject(subject.before, None, subject.space, subject.other)
 
     @Slot(object)
     def _computed(self, result: Any) -> None:
@@ -227,6 +239,9 @@ class Display(QObject):
             window.worst.show_field(after, one.title)
             window.view.mark("lines", after.lines)
             self._colour()
+            if self._brush_when_shown is not None:
+                window.histogram.set_brush(self._brush_when_shown)
+                self._brush_when_shown = None
         self.shown.emit()
 
     def thresholds(self) -> tuple[float, float, float]:
@@ -256,11 +271,13 @@ class Display(QObject):
         colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
         window.view.colour("after", after, colours)
         window.view.colour("before", before, colours)
-        unit = "°" if one.unit == "deg" else one.unit
+        unit = one.unit_of(self._document.unit)
         window.colour_bar.show_scale(colours, one.title, unit, thresholds)
         span = (colours.low, colours.high)
         lines = () if colours.classes else thresholds
-        window.histogram.show_fields(before, after, one.title, span, lines, one is OVERLAYS[0])
+        window.histogram.show_fields(
+            before, after, labelled(one.title, unit), span, lines, one is OVERLAYS[0]
+        )
         if not dragging:
             self.bad_faces()
 
@@ -296,12 +313,62 @@ class Display(QObject):
             self.measured.emit()
 
     def _show_numbers(self) -> None:
-        subject = self.subject
-        self._window.numbers.show_rows(numbers.rows(subject) if subject else [])
-        words = numbers.status(subject) if subject else []
+        subject, unit = self.subject, self._document.unit
+        self._window.numbers.show_rows(numbers.rows(subject, unit) if subject else [])
+        words = numbers.status(subject, unit) if subject else []
         if self._preview is not None:
             words.insert(0, "PREVIEW")
         self._window.figures.setText("  │  ".join(words))
+
+    # -- how things are looked at ------------------------------------------------------------------
+
+    def look(self) -> dict[str, Any]:
+        """Return what a session keeps of the view: camera, overlay, thresholds, switches."""
+        window, camera = self._window, self._window.view.camera
+        return {
+            "overlay": self.overlay.id if self.overlay else None,
+            "thresholds": self._thresholds,
+            "colours": self._colours,
+            "switches": {id: window.action(id).isChecked() for id in _SWITCHES},
+            "brush": self._brush,
+            "swipe_at": window.view.swipe_at,
+            "camera": {
+                "position": camera.GetPosition(),
+                "focal_point": camera.GetFocalPoint(),
+                "view_up": camera.GetViewUp(),
+                "view_angle": camera.GetViewAngle(),
+                "parallel_scale": camera.GetParallelScale(),
+            },
+        }
+
+    def set_look(self, look: dict[str, Any]) -> None:
+        """Look at things as a session says; what it does not say stays."""
+        window, camera = self._window, self._window.view.camera
+        for id, on in look.get("switches", {}).items():
+            if id in _SWITCHES and window.action(id).isChecked() != bool(on):
+                window.action(id).trigger()
+        self._thresholds = {
+            id: [float(value) for value in values] for id, values in look.get("thresholds", {}).items()
+        }
+        if look.get("colours") in COLOURS:
+            window.action(f"colours_{look['colours']}").trigger()
+        window.view.set_swipe(float(look.get("swipe_at", window.view.swipe_at)))
+        places = look.get("camera", {})
+        for name, put in (
+            ("position", camera.SetPosition),
+            ("focal_point", camera.SetFocalPoint),
+            ("view_up", camera.SetViewUp),
+            ("view_angle", camera.SetViewAngle),
+            ("parallel_scale", camera.SetParallelScale),
+        ):
+            if name in places:
+                put(places[name])
+        if "overlay" in look:
+            self.show_overlay(next((one for one in OVERLAYS if one.id == look["overlay"]), None))
+        window.view.render_soon()
+        brush = look.get("brush")
+        if brush is not None:
+            self._brush_when_shown = (float(brush[0]), float(brush[1]))
 
     # -- commands ----------------------------------------------------------------------------------
 
@@ -444,13 +511,13 @@ class Display(QObject):
             return
         state = subject.before if before and subject.before is not None else subject.state
         field = self.fields[1] if state is not subject.state else self.fields[0]
-        one = self.overlay
+        one, length = self.overlay, self._document.unit
 
         def work(context: Context) -> str:
             found = picking.probe(state, origin, direction)
             if found is None:
                 return " "
-            return found.describe(one.title if one else "", one.unit if one else "", field)
+            return found.describe(one.title if one else "", one.unit_of(length) if one else "", field, length)
 
         job = self._jobs.start("probe", work)
         job.done.connect(self._window.probe.setText)

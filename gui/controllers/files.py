@@ -16,6 +16,7 @@ from vtksmooth.files import READABLE, WRITABLE, read_surface, write_surface
 
 from ..model.document import Document
 from ..model.layer import Layer
+from ..model.session import SUFFIX
 from ..settings import Settings
 from ..views.main_window import MainWindow
 from .jobs import Context, Job, Jobs
@@ -36,6 +37,8 @@ class Files(QObject):
 
     #: Files have been read, or could not be.
     opened = Signal()
+    #: A session shall be opened: its path.
+    session_asked = Signal(object)
     #: A layer has been written.
     saved = Signal(object)
 
@@ -55,14 +58,18 @@ class Files(QObject):
             self._window,
             "Open meshes",
             self._settings.get("folder", ""),
-            f"Meshes ({patterns});;All files (*)",
+            f"Meshes and sessions ({patterns} *{SUFFIX});;All files (*)",
         )
         self.open_paths(paths)
 
     @Slot(list)
     def open_paths(self, names: Iterable[str | Path]) -> None:
-        """Open files, each as a layer."""
+        """Open files, meshes each as a layer; a session takes the place of what is open."""
         paths = [Path(name) for name in names]
+        sessions = [path for path in paths if path.suffix.lower() == SUFFIX]
+        if sessions:
+            self.session_asked.emit(sessions[-1])
+        paths = [path for path in paths if path not in sessions]
         if not paths:
             return
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,8 @@ from vtksmooth.filters import Filter
 from .event import Event
 from .history import History, Step
 from .layer import Layer, Role
+from .measure import Measurement
+from .section import Plane
 from .state import Source, State
 
 
@@ -24,6 +26,13 @@ class Document:
     active : Layer or None
         The layer that filters work on and overlays show.
     history : History
+    unit : str
+        The unit of lengths, see :data:`~vtksmooth_gui.model.units.UNITS`.
+    compared : Layer or None
+        The layer that the active one is compared with, whatever its faces.
+    measurements : list of Measurement
+    plane : Plane or None
+        The plane of the cross-section.
     changed : Event
         Meshes, layers or their properties have changed.
     """
@@ -32,12 +41,37 @@ class Document:
         self._layers: list[Layer] = []
         self.active: Layer | None = None
         self.history = History()
+        self.unit = ""
+        self.compared: Layer | None = None
+        self.measurements: list[Measurement] = []
+        self.plane: Plane | None = None
         self.changed = Event()
 
     @property
     def layers(self) -> list[Layer]:
         """The open layers, in the order in which they were opened."""
         return [layer for layer in self._layers if layer.state is not None]
+
+    @property
+    def every_layer(self) -> list[Layer]:
+        """The layers that are open, or that undo or redo can bring back."""
+        return list(self._layers)
+
+    @property
+    def content(self) -> tuple[Any, ...]:
+        """What is lost if it is not saved; equal as long as nothing has changed."""
+        layers = [(layer, layer.name, layer.role) for layer in self._layers]
+        return (
+            *layers, *self.history.steps, self.history.index, self.unit, self.compared, *self.measurements
+        )  # fmt: skip
+
+    @property
+    def other(self) -> Layer | None:
+        """What the active layer is compared with: the layer chosen for that, else the only other one."""
+        others = [layer for layer in self.layers if layer is not self.active]
+        if self.compared in others:
+            return self.compared
+        return others[0] if len(others) == 1 else None
 
     @property
     def space(self) -> Layer | None:
@@ -213,6 +247,36 @@ class Document:
         layer.saved, layer.path = state, path
         self.changed.emit()
 
+    def set_unit(self, unit: str) -> None:
+        """Choose the unit of lengths."""
+        self.unit = unit
+        self.changed.emit()
+
+    def compare(self, layer: Layer, other: Layer) -> None:
+        """Work on `layer`, and compare it with `other`."""
+        self.active, self.compared = layer, other
+        self.changed.emit()
+
+    def measure(self, one: Measurement) -> None:
+        """Add a measurement."""
+        self.measurements = [*self.measurements, one]
+        self.changed.emit()
+
+    def forget(self, gone: Iterable[Measurement]) -> None:
+        """Take measurements out."""
+        left = set(gone)
+        self.measurements = [one for one in self.measurements if one not in left]
+        self.changed.emit()
+
+    def restore(self, layers: list[Layer], active: Layer | None, steps: list[Step], index: int) -> None:
+        """Be what a session holds."""
+        self._layers = list(layers)
+        self.history.steps, self.history.index = list(steps), index
+        self.history.settle()
+        self.active = active
+        self._choose_active()
+        self.changed.emit()
+
     def set_memory_limit(self, limit: int) -> None:
         """Set how many bytes the history may take."""
         self.history.limit = limit
@@ -241,6 +305,9 @@ class Document:
                 # What overlays computed is large, and computed again when somebody comes back.
                 left.fields.clear()
                 left.summaries.clear()
+        self._choose_active()
+
+    def _choose_active(self) -> None:
         if self.active is None or self.active.state is None:
             mesh_first = sorted(self.layers, key=lambda layer: layer.role is not Role.MESH)
             self.active = mesh_first[0] if mesh_first else None

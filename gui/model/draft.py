@@ -68,6 +68,17 @@ class Draft:
         """The number of the first step that is not in effect as it is shown."""
         return self.recipe.first_difference(Recipe() if self.state is None else self.state.recipe)
 
+    @property
+    def every(self) -> dict[Layer, tuple[Recipe, dict[Source, State]]]:
+        """All recipes with edits that have not been run, and the meshes of their sources, by layer."""
+        return dict(self._edits)
+
+    def restore(self, edits: Mapping[Layer, tuple[Recipe, Mapping[Source, State]]]) -> None:
+        """Have these edits, and no others."""
+        self._edits.clear()
+        self._edits.update({layer: (recipe, dict(sources)) for layer, (recipe, sources) in edits.items()})
+        self.changed.emit()
+
     # -- editing -----------------------------------------------------------------------------------
 
     def set(self, recipe: Recipe, sources: Mapping[Source, State] | None = None) -> None:

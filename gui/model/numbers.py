@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .difference import PERCENTILES
 from .overlays import Subject
+from .units import powered, quantity
 
 #: The papers' bins of k.
 BINS = (-1.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
@@ -32,8 +34,8 @@ def number(value: Any) -> str:
     return f"{value:.4g}"
 
 
-def rows(subject: Subject) -> list[Row]:
-    """Return all figures that have been computed."""
+def rows(subject: Subject, unit: str = "") -> list[Row]:
+    """Return all figures that have been computed, lengths with their unit."""
     after = subject.state.summaries.get(("quality", subject.reference))
     if after is None:
         return []
@@ -47,12 +49,13 @@ def rows(subject: Subject) -> list[Row]:
             ("quadrilaterals", lambda s: s["cells"]["quad"]),
             ("larger polygons", lambda s: s["cells"]["polygon"]),
             ("closed", lambda s: s["closed"]),
-            ("volume", lambda s: s["volume"]),
             ("smallest k", lambda s: s["aspect_ratio"]["min"]),
             ("mean k", lambda s: s["aspect_ratio"]["mean"]),
             ("inverted", lambda s: s["inverted"]),
         )
     ]
+    volumes = [_length(s.get("volume"), unit, 3) for s in (before, after)]
+    found.insert(5, Row("volume", *volumes))
     containment = subject.state.summaries.get(("containment", subject.space))
     if containment:
         found += [
@@ -67,15 +70,43 @@ def rows(subject: Subject) -> list[Row]:
         volume = comparison["volume_change_percent"]
         found += [
             Row("volume change", "", "" if volume is None else f"{volume:+.4g} %"),
-            Row("swept volume", "", number(comparison["swept_volume"])),
+            Row("swept volume", "", _length(comparison["swept_volume"], unit, 3)),
             Row("normals, max", "", f"{comparison['normal_deviation']['max']:.4g}°"),
             Row("normals, mean", "", f"{comparison['normal_deviation']['mean']:.4g}°"),
             Row("dihedral angles, max", "", f"{comparison['dihedral_change']['max']:.4g}°"),
             Row("dihedral angles, mean", "", f"{comparison['dihedral_change']['mean']:.4g}°"),
-            Row("deviation, max", "", number(comparison["deviation"]["max"])),
+            Row("deviation, max", "", _length(comparison["deviation"]["max"], unit)),
             Row("of the diagonal", "", f"{100 * comparison['deviation']['max_relative']:.4g} %"),
         ]
+    found += _difference(subject, unit)
     return [row for row in found if row.before or row.after]
+
+
+def _length(value: float | None, unit: str, power: int = 1) -> str:
+    return quantity(number(value), powered(unit, power))
+
+
+def _difference(subject: Subject, unit: str) -> list[Row]:
+    """Return how far the mesh, and the one before, are from another layer."""
+    states = (subject.before if subject.before is not subject.state else None, subject.state)
+    sides = [s.summaries.get(("difference", subject.other), {}) if s else {} for s in states]
+    if not sides[1]:
+        return []
+    how = "point by point" if sides[1]["point_by_point"] else "to its surface"
+    figures = [("mean", "mean"), ("RMS", "rms"), ("largest", "max"), ("back, largest", "back")]
+    found = [Row("other layer, distance", "", how)]
+    found += [
+        Row(f"other layer, {name}", *(_length(side.get(key), unit) for side in sides))
+        for name, key in figures
+    ]
+    found += [
+        Row(
+            f"other layer, {share} % below",
+            *(_length(side["percentiles"][share] if side else None, unit) for side in sides),
+        )
+        for share in PERCENTILES
+    ]
+    return found
 
 
 def line(figures: dict[str, Any]) -> str:
@@ -95,7 +126,7 @@ def markdown(name: str, figures: list[Row]) -> str:
     return "\n".join(lines + [f"| {row.name} | {row.before} | {row.after} |" for row in figures]) + "\n"
 
 
-def status(subject: Subject) -> list[str]:
+def status(subject: Subject, unit: str = "") -> list[str]:
     """Return the figures of the status bar."""
     state = subject.state
     found = [f"{number(state.n_points)} points", f"{number(state.n_faces)} faces"]
@@ -108,12 +139,12 @@ def status(subject: Subject) -> list[str]:
         drift = ""
         if comparison and comparison["volume_change_percent"] is not None:
             drift = f" ({comparison['volume_change_percent']:+.3g} %)"
-        found.append(f"closed, volume {number(quality['volume'])}{drift}")
+        found.append(f"closed, volume {_length(quality['volume'], unit, 3)}{drift}")
     else:
         found.append("open")
     found.append(f"worst k {quality['aspect_ratio']['min']:.3f}")
     found.append(f"{number(quality['inverted'])} inverted")
     if comparison:
-        found.append(f"largest deviation {number(comparison['deviation']['max'])}")
-    found.append("lengths in model units")
+        found.append(f"largest deviation {_length(comparison['deviation']['max'], unit)}")
+    found.append(f"lengths in {unit or 'model units'}")
     return found

@@ -14,8 +14,10 @@ from vtksmooth.filters import FILTERS, Filter, SurfaceComparison, SurfaceQuality
 from vtksmooth.filters.surface_quality import faces_with_area, summary_of
 from vtksmooth.kernels import adjacency, quality
 
+from .difference import difference
 from .field import Field, Values
 from .state import State
+from .units import powered
 
 
 @dataclass(frozen=True)
@@ -30,11 +32,14 @@ class Subject:
         What it is compared with.
     space : State or None
         The installation space.
+    other : State or None
+        The other mesh that it is compared with, whatever its faces.
     """
 
     state: State
     before: State | None = None
     space: State | None = None
+    other: State | None = None
 
     @property
     def reference(self) -> State | None:
@@ -61,7 +66,7 @@ class Overlay:
     source : str
         Key of :data:`SOURCES`.
     needs : str
-        "" or what must be there beside the mesh: "before" or "space".
+        "" or what must be there beside the mesh: "before", "space" or "other".
     thresholds : tuple of float or None
         Good, warning, bad. None: by the values themselves.
     relative : bool
@@ -72,6 +77,8 @@ class Overlay:
         "sequential", "diverging" or "classes".
     classes : tuple of str
         Names of the values 0, 1, 2 ...
+    power : int
+        Of the unit of length in the values: 1 for lengths, -1 for curvatures.
     """
 
     id: str
@@ -86,16 +93,17 @@ class Overlay:
     span: tuple[float, float] | None = None
     kind: str = "sequential"
     classes: tuple[str, ...] = ()
+    power: int = 0
 
     @property
     def low_is_bad(self) -> bool:
         """Whether small values are the bad ones."""
         return self.thresholds is not None and self.thresholds[0] > self.thresholds[2]
 
-    @property
-    def length(self) -> bool:
-        """Whether the values are lengths in the model's units."""
-        return self.relative
+    def unit_of(self, length: str) -> str:
+        """Return the unit of the values where lengths have the unit `length`."""
+        power = 1 if self.relative else self.power
+        return powered(length, power) if power else "°" if self.unit == "deg" else self.unit
 
     def default_thresholds(self, subject: Subject, values: Field | None) -> tuple[float, float, float]:
         """Return good, warning and bad for this mesh."""
@@ -158,7 +166,17 @@ OVERLAYS: tuple[Overlay, ...] = (
     Overlay(
         "mean-curvature", "Mean curvature", "Mean_Curvature", "curvature",
         "Mean curvature at the points, 1 / length.",
-        kind="diverging",
+        kind="diverging", power=-1,
+    ),
+    Overlay(
+        "difference", "Difference to a layer", "", "difference",
+        "Distance to another layer: to the same points, or to its surface where the faces differ.",
+        "", "other", (0.0005, 0.002, 0.005), True,
+    ),
+    Overlay(
+        "signed-difference", "Signed difference", "", "difference",
+        "Signed distance to another layer, which encloses a volume: negative inside.",
+        "", "other", (-0.002, 0.0, 0.002), True, kind="diverging",
     ),
 )  # fmt: skip
 
@@ -274,6 +292,20 @@ def _curvature(subject: Subject, run: Run) -> dict[str, Field]:
     return _fields(subject.state, curvatures.GetOutput(), ["Mean_Curvature"])
 
 
+def _difference(subject: Subject, run: Run) -> dict[str, Field]:
+    state, other = subject.state, subject.other
+    assert other is not None
+    assert state.surface is not None
+    if other.surface is None:
+        raise Unavailable("The other layer has no faces to compare with.")
+    distances, signed, summary = difference(state, other)
+    state.summaries["difference", other] = summary
+    fields = {"difference": Field(distances, True, state.surface).prepare()}
+    if signed is not None:
+        fields["signed-difference"] = Field(signed, True, state.surface).prepare()
+    return fields
+
+
 #: How the values come to be; one source may serve several overlays.
 SOURCES: dict[str, Callable[[Subject, Run], dict[str, Field]]] = {
     "quality": _quality,
@@ -283,6 +315,7 @@ SOURCES: dict[str, Callable[[Subject, Run], dict[str, Field]]] = {
     "regions": _regions,
     "containment": _containment,
     "curvature": _curvature,
+    "difference": _difference,
 }
 
 
@@ -301,6 +334,8 @@ def check_available(one: Overlay, subject: Subject) -> None:
         raise Unavailable("Open the installation space, and give its layer that role in the list of layers.")
     if one.needs == "before" and subject.before is None:
         raise Unavailable("There is nothing to compare with.")
+    if one.needs == "other" and subject.other is None:
+        raise Unavailable("Choose the layer to compare with: Measure > Compare Layers.")
 
 
 def cached(one: Overlay, subject: Subject) -> Field | None:
@@ -325,7 +360,7 @@ def compute(one: Overlay, subject: Subject, run: Run) -> Field:
             subject.state.fields[key(overlay(id), subject)] = values
         found = cached(one, subject)
     if found is None:
-        raise Unavailable(f"{one.title} could not be computed on this mesh.")
+        raise Unavailable(f"{one.title} could not be computed on this mesh. {one.help}")
     return found
 
 

@@ -11,6 +11,7 @@ from vtksmooth.kernels.ray import first_hit
 
 from .field import Field
 from .state import State
+from .units import quantity
 
 Vector = npt.NDArray[np.float64]
 
@@ -31,14 +32,15 @@ class Probe:
     point: int
     position: Vector
 
-    def describe(self, title: str, unit: str, values: Field | None) -> str:
-        """Return what is there, in one line."""
+    def describe(self, title: str, unit: str, values: Field | None, length: str = "") -> str:
+        """Return what is there, in one line; `unit` is that of the values, `length` that of the place."""
         x, y, z = self.position
-        text = f"face {self.face:,}, point {self.point:,} at ({x:.5g}, {y:.5g}, {z:.5g})"
+        place = quantity(f"({x:.5g}, {y:.5g}, {z:.5g})", length)
+        text = f"face {self.face:,}, point {self.point:,} at {place}"
         if values is None:
             return text
         value = values.values[self.point if values.on_points else self.face]
-        return f"{title} {value:.4g}{'°' if unit == 'deg' else unit and f' {unit}'}   {text}"
+        return f"{title} {quantity(f'{value:.4g}', unit)}   {text}"
 
 
 def probe(state: State, origin: Vector, direction: Vector) -> Probe | None:

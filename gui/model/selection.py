@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkPolyDataConnectivityFilter, vtkPolyDataNormals
+
+from vtksmooth.filters.arrays import vtk_array, vtk_cells
 
 from .state import State
 
@@ -30,6 +33,42 @@ def faces_as_mesh(state: State, faces: Faces) -> vtkPolyData:
     mesh.SetPoints(state.mesh.GetPoints())
     mesh.SetPolys(cells)
     return mesh
+
+
+def points_of_faces(state: State, faces: Faces) -> npt.NDArray[np.int64]:
+    """Return the numbers of the corners of `faces`, each once."""
+    assert state.surface is not None
+    mesh = state.surface.mesh
+    chosen = np.zeros(mesh.n_faces, np.bool_)
+    chosen[faces] = True
+    return np.unique(mesh.connectivity[np.repeat(chosen, mesh.face_sizes)]).astype(np.int64)
+
+
+def patch(state: State, face: int, angle: float) -> npt.NDArray[np.int64]:
+    """Return the points of the faces that are connected to `face` without an edge sharper than `angle`.
+
+    `angle` is the largest dihedral angle, degrees. VTK does it: it doubles the points at sharp edges, and
+    follows what is connected then.
+    """
+    assert state.surface is not None
+    mesh, faces = state.surface.mesh, vtkPolyData()
+    faces.SetPoints(state.mesh.GetPoints())
+    faces.SetPolys(vtk_cells(mesh.offsets, mesh.connectivity))
+    faces.GetPointData().AddArray(vtk_array(np.arange(mesh.n_points, dtype=np.int64), "number"))
+    split, connected = vtkPolyDataNormals(), vtkPolyDataConnectivityFilter()
+    split.SetInputData(faces)
+    split.SetFeatureAngle(angle)
+    split.SplittingOn()
+    split.ConsistencyOff()
+    connected.SetInputConnection(split.GetOutputPort())
+    connected.SetExtractionModeToCellSeededRegions()
+    connected.AddSeed(face)
+    connected.Update()
+    found = connected.GetOutput()
+    numbers = vtk_to_numpy(found.GetPointData().GetArray("number"))
+    # The filter keeps all points.
+    used = vtk_to_numpy(found.GetPolys().GetConnectivityArray())
+    return np.unique(numbers[used]).astype(np.int64)
 
 
 def face_points(state: State, face: int) -> npt.NDArray[Any]:

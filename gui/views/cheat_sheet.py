@@ -8,6 +8,13 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QLabel, QScrollArea, QV
 
 from ..commands import COMMANDS, MENUS
 
+#: The column of each menu.
+_COLUMNS = {
+    **dict.fromkeys(("File", "Edit", "Filters", "Help"), 0),
+    **dict.fromkeys(("View", "Recipe"), 1),
+    **dict.fromkeys(("Overlay", "Measure"), 2),
+}
+
 
 def html() -> str:
     """Return the keys by menu, as columns."""
@@ -19,7 +26,7 @@ def html() -> str:
             for c in COMMANDS
             if c.menu.split(" > ")[0] == menu and c.key
         )
-        column = {"File": 0, "Edit": 0, "Help": 0, "View": 1, "Overlay": 2, "Filters": 0, "Recipe": 1}[menu]
+        column = _COLUMNS[menu]
         columns[column].append(f"<h3>{escape(menu)}</h3><table>{rows}</table>" if rows else "")
     columns[0].append(
         "<h3>Mouse</h3><table><tr><td style='padding-right:12px'><b>drag</b></td><td>turn</td></tr>"

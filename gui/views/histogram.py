@@ -80,12 +80,11 @@ class Histogram(QWidget):
         self._is_k = is_k
         self._fields, self._span = (before, after), span
         self._draw_thresholds(thresholds)
-        if same:
-            return
-        self.draw()
         what = "points" if after is not None and after.on_points else "faces"
         self.plot.getAxis("bottom").setLabel(title)
         self.plot.getAxis("left").setLabel(f"% of the {what}")
+        if not same:
+            self.draw()
 
     @property
     def coarse(self) -> bool:

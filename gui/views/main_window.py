@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 from vtksmooth.filters import FILTERS
 
 from ..commands import COMMANDS, MENUS, overlay_id
+from ..model.measure import Kind
 from ..model.overlays import OVERLAYS
 from ..settings import Settings
 from .colour_bar import ColourBar
@@ -28,10 +29,12 @@ from .histogram import Histogram
 from .history_list import HistoryList
 from .layer_list import LayerList
 from .log import Log
+from .measure_table import MeasureTable
 from .mesh_view import MeshView
 from .notification import Notification
 from .numbers_table import NumbersTable
 from .recipe_list import RecipeList
+from .section_plot import SectionPlot
 from .theme import Theme
 from .worst_list import WorstList
 
@@ -65,6 +68,10 @@ class MainWindow(QMainWindow):
         self.recipe = RecipeList(
             action("run_recipe"), action("revert_recipe"), (action("open_recipe"), action("save_recipe"))
         )
+        self.measurements = MeasureTable(
+            [action(f"measure_{kind}") for kind in Kind] + [action("remove_measurements")]
+        )
+        self.section = SectionPlot([action(f"section{end}") for end in ("", "_x", "_y", "_z", "_view")])
         self.hint = QLabel(
             "Drop a mesh here, or open one with Ctrl+O", alignment=Qt.AlignmentFlag.AlignCenter
         )
@@ -182,11 +189,16 @@ class MainWindow(QMainWindow):
                 ("Log", self.log, area.RightDockWidgetArea),
                 ("Histogram", self.histogram, area.BottomDockWidgetArea),
                 ("Worst faces", self.worst, area.BottomDockWidgetArea),
+                ("Cross-section", self.section, area.BottomDockWidgetArea),
+                ("Measurements", self.measurements, area.BottomDockWidgetArea),
             )
         }
         docks = self.docks
         self.tabifyDockWidget(docks["Numbers"], docks["Recipe"])
         docks["Numbers"].raise_()
+        for first, second in (("Histogram", "Cross-section"), ("Worst faces", "Measurements")):
+            self.tabifyDockWidget(docks[first], docks[second])
+            docks[first].raise_()
         self.resizeDocks(
             [docks["Layers and filter"], docks["History"]], [310, 340], Qt.Orientation.Horizontal
         )

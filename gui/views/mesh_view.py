@@ -32,6 +32,8 @@ _VALUES = "vtksmooth values"
 _SURFACE = (0.78, 0.81, 0.85)
 #: How near to the swipe line the pointer must be to take it, pixels.
 _GRIP = 8
+#: How far the pointer may move in a click, pixels.
+_STILL = 3
 
 
 class _Surface:
@@ -108,6 +110,8 @@ class MeshView(QWidget):
 
     #: The pointer rests: a ray through it, and whether it is on the side of "before".
     pointed = Signal(object, object, bool)
+    #: A click, as `pointed`.
+    clicked = Signal(object, object, bool)
     #: The pointer has left the view.
     left = Signal()
 
@@ -143,6 +147,7 @@ class MeshView(QWidget):
         self._rest = QTimer(self, singleShot=True, interval=80)
         self._rest.timeout.connect(self._point)
         self._pointer = QPoint()
+        self._pressed: QPoint | None = None
         # VTK's own keys would do what no menu tells.
         self.plotter.interactor.installEventFilter(self)
         self.plotter.interactor.setMouseTracking(True)
@@ -354,6 +359,22 @@ class MeshView(QWidget):
         """The camera of both views."""
         return self._renderers[0].GetActiveCamera()
 
+    @property
+    def first_renderer(self) -> Any:
+        """The renderer of the single view, and of the left one."""
+        return self._renderers[0]
+
+    @property
+    def top(self) -> Any:
+        """The renderer of what must be seen even behind faces."""
+        return self._top
+
+    @property
+    def across(self) -> np.ndarray:
+        """The direction to the right of the view."""
+        camera = self.camera
+        return np.cross(camera.GetDirectionOfProjection(), camera.GetViewUp())
+
     def frame(self, bounds: tuple[float, ...] | None = None) -> None:
         """Bring everything, or a box, into view."""
         renderer = self._renderers[0]
@@ -464,6 +485,14 @@ class MeshView(QWidget):
             self.left.emit()
         if isinstance(event, QMouseEvent) and self._swipe_event(event):
             return True
+        if isinstance(event, QMouseEvent) and event.button() == Qt.MouseButton.LeftButton:
+            place = event.position().toPoint()
+            if kind == QEvent.Type.MouseButtonPress:
+                self._pressed = place
+            elif kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
+                if (place - self._pressed).manhattanLength() <= _STILL:
+                    self.clicked.emit(*self._ray(place))
+                self._pressed = None
         if kind == QEvent.Type.MouseMove and isinstance(event, QMouseEvent):
             self._pointer = event.position().toPoint()
             if event.buttons() == Qt.MouseButton.NoButton:
@@ -492,9 +521,13 @@ class MeshView(QWidget):
         return False
 
     def _point(self) -> None:
+        self.pointed.emit(*self._ray(self._pointer))
+
+    def _ray(self, place: QPoint) -> tuple[np.ndarray, np.ndarray, bool]:
+        """Return origin and direction of the ray through a place, and whether "before" is shown there."""
         ratio = self.plotter.interactor.devicePixelRatioF()
-        x = self._pointer.x() * ratio
-        y = self._height() - 1 - self._pointer.y() * ratio
+        x = place.x() * ratio
+        y = self._height() - 1 - place.y() * ratio
         fraction = x / max(1, self._width())
         before = self.shows_before if self.mode == SINGLE else fraction < 0.5
         renderer = self._renderers[0]
@@ -503,7 +536,11 @@ class MeshView(QWidget):
         elif self.mode == SPLIT and not before:
             renderer = self._renderers[1]
         near, far = self._world(x, y, 0.0, renderer), self._world(x, y, 1.0, renderer)
-        self.pointed.emit(near, far - near, before)
+        return near, far - near, before
+
+    def set_picking(self, on: bool) -> None:
+        """Show by the pointer that a click picks something."""
+        self.plotter.interactor.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
 
     def _width(self) -> int:
         return int(self.plotter.render_window.GetSize()[0])

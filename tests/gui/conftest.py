@@ -109,6 +109,7 @@ def open_window(request, settings_file):
     from vtksmooth_gui import start
     from vtksmooth_gui.controllers.application import Application
     from vtksmooth_gui.settings import Settings
+    from vtksmooth_gui.views.questions import Answer
 
     start.set_up()
     opened = []
@@ -116,7 +117,7 @@ def open_window(request, settings_file):
     def open_application(*paths):
         application = Application(Settings(settings_file))
         application.window.resize(1200, 800)
-        application.ask_unsaved = lambda names: True
+        application.sessions.ask_unsaved = lambda names, save: Answer.DISCARD
         user = User(application, qtbot)
         opened.append(user)
         with qtbot.waitExposed(application.window):

@@ -80,11 +80,10 @@ def test_unsaved_changes_are_asked_about(user, ant):
     user.drop(ant)
     user.apply(TrapeziumDrawing, iterations=1)
     asked = []
-    user.application.ask_unsaved = lambda names: asked.append(names)
+    user.application.sessions.ask_unsaved = lambda names, save: asked.append(names)
     user.window.close()
     assert asked == [["ant"]]
     assert user.window.isVisible()
-    user.application.ask_unsaved = lambda names: True
 
 
 # -- filters -------------------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ def fit_sphere(points: npt.ArrayLike) -> Sphere:
     Examples
     --------
     >>> sphere = fit_sphere([[3, 0, 0], [-1, 0, 0], [1, 2, 0], [1, 0, 2], [1, 0, -2]])
-    >>> sphere.centre.round(12).tolist(), round(sphere.radius, 12)
+    >>> (sphere.centre.round(12) + 0.0).tolist(), round(sphere.radius, 12)
     ([1.0, 0.0, 0.0], 2.0)
     """
     places, middle, size, _ = _normalised(points, 4, "sphere")
@@ -124,7 +124,7 @@ def fit_cylinder(points: npt.ArrayLike) -> Cylinder:
     --------
     >>> turn = np.arange(12.0)
     >>> cylinder = fit_cylinder(np.column_stack((2.0 * np.cos(turn), 2.0 * np.sin(turn), turn)))
-    >>> cylinder.axis.round(9).tolist(), round(cylinder.radius, 9)
+    >>> (cylinder.axis.round(9) + 0.0).tolist(), round(cylinder.radius, 9)
     ([0.0, 0.0, 1.0], 2.0)
     """
     places, middle, size, frame = _normalised(points, 6, "cylinder")

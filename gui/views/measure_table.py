@@ -1,0 +1,87 @@
+"""The table of measurements, before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ..model.measure import Measurement, row_texts
+from ..model.units import UNITS
+
+
+class MeasureTable(QWidget):
+    """What was measured; above it what can be measured, and the unit of lengths."""
+
+    #: A unit has been chosen.
+    unit_chosen = Signal(str)
+
+    def __init__(self, actions: Sequence[QAction]) -> None:
+        super().__init__()
+        self.table = QTableWidget(0, 3)
+        self.table.setHorizontalHeaderLabels(["", "before", "after"])
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(21)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.unit = QComboBox()
+        self.unit.setToolTip("The unit of all lengths; nothing is scaled")
+        for unit, title in UNITS.items():
+            self.unit.addItem(title, unit)
+        self.unit.activated.connect(lambda row: self.unit_chosen.emit(self.unit.itemData(row)))
+        tools = QHBoxLayout()
+        for action in actions:
+            button = QToolButton()
+            button.setDefaultAction(action)
+            tools.addWidget(button)
+        tools.addStretch(1)
+        tools.addWidget(self.unit)
+        self.hint = QLabel("", wordWrap=True)
+        self.hint.hide()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(4, 4, 4, 4)
+        layout.addLayout(tools)
+        layout.addWidget(self.hint)
+        layout.addWidget(self.table)
+        self._of_rows: list[Measurement] = []
+
+    def show_measurements(self, measurements: Sequence[Measurement], unit: str) -> None:
+        """Show measurements, with the unit of lengths."""
+        self.unit.setCurrentIndex(self.unit.findData(unit))
+        rows = [(one, texts) for one in measurements for texts in row_texts(one, unit)]
+        self._of_rows = [one for one, _ in rows]
+        self.table.setRowCount(len(rows))
+        numbers = {one: number for number, one in enumerate(measurements, 1)}
+        for row, (one, (name, before, after)) in enumerate(rows):
+            for column, text in enumerate((f"{numbers[one]}  {name}, {one.layer.name}", before, after)):
+                item = QTableWidgetItem(text)
+                if column:
+                    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                self.table.setItem(row, column, item)
+
+    def say(self, text: str) -> None:
+        """Say what to do next; an empty text says nothing."""
+        self.hint.setText(text)
+        self.hint.setVisible(bool(text))
+
+    @property
+    def selected(self) -> list[Measurement]:
+        """The measurements of the rows that are selected, each once."""
+        rows: list[Any] = self.table.selectionModel().selectedRows()
+        return list(dict.fromkeys(self._of_rows[index.row()] for index in rows))
