@@ -16,7 +16,7 @@ from vtksmooth.files import atomic, read_surface
 from vtksmooth.filters.arrays import point_array_names
 from vtksmooth.pages.measures import measure
 from vtksmooth.pages.page import Page, make_page, said
-from vtksmooth.pages.writing import FORMATS, write_page
+from vtksmooth.pages.writing import FORMATS, check_format, write_page
 from vtksmooth.recipe import Apply, Recipe
 
 from ..model.document import Document
@@ -338,6 +338,7 @@ class Recipes(QObject):
         make = report_maker(layer)
 
         def work(context: Context) -> Path:
+            check_format(path)
             page = make(context.run)
             context.check()
             write_page(page, path)

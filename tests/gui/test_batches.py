@@ -97,9 +97,14 @@ def test_twenty_meshes_one_of_them_broken(user, recipe, folder, tmp_path, capsys
     ]
 
 
-def test_the_recipe_of_the_active_layer_and_reports(user, ant, folder, tmp_path):
+def test_the_recipe_of_the_active_layer_and_reports(user, ant, folder, tmp_path, monkeypatch):
     from vtksmooth.filters import LaplacianSmoothing
+    from vtksmooth.pages import pictures
 
+    def undrawn(_):
+        raise pictures.NoPicturesError("drawing takes its time")
+
+    monkeypatch.setattr(pictures, "draw", undrawn)
     user.drop(ant)
     user.apply(LaplacianSmoothing, iterations=2)
     for path in sorted(folder.iterdir())[2:]:
