@@ -112,9 +112,12 @@ def _add_arguments(parser: _Parser, command: str) -> None:
         cls = _filters()[command]
         parser.description = (cls.__doc__ or "").split("\n\n")[0]
         _add_files(parser, cls)
-        group = parser.add_argument_group("parameters")
+        groups: dict[str, argparse._ArgumentGroup] = {}
         for parameter in cls.parameters().values():
-            _add_option(group, parameter)
+            name = parameter.group or "parameters"
+            if name not in groups:
+                groups[name] = parser.add_argument_group(name)
+            _add_option(groups[name], parameter)
     general = parser.add_argument_group("general")
     if command not in ("demo", "gui"):
         general.add_argument("--json", action="store_true", help="print the result as JSON on stdout")

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vtksmooth.filters import Filter, Parameter
+from vtksmooth.filters import Filter
 
 from .parameter_row import ParameterRow
 
@@ -26,12 +26,6 @@ from .parameter_row import ParameterRow
 def title(cls: type[Filter]) -> str:
     """Return a filter's name in words: TrapeziumDrawing becomes Trapezium Drawing."""
     return re.sub(r"(?<!^)(?=[A-Z])", " ", cls.__name__)
-
-
-def _is_own(cls: type[Filter], parameter: Parameter) -> bool:
-    """Return whether a parameter belongs to the filter itself, or says how often; the rest is common."""
-    inherited = parameter.name not in vars(cls)
-    return not inherited or (parameter.type is int and not parameter.optional)
 
 
 class FilterForm(QScrollArea):
@@ -42,6 +36,8 @@ class FilterForm(QScrollArea):
     rows : dict of str to ParameterRow
     inputs : dict of str to QComboBox
         What to choose the further inputs with.
+    sections : dict of str to QToolButton
+        What unfolds the groups of parameters.
     """
 
     #: A parameter has changed. True: the user is still moving something.
@@ -56,6 +52,7 @@ class FilterForm(QScrollArea):
         self.filter: type[Filter] | None = None
         self.rows: dict[str, ParameterRow] = {}
         self.inputs: dict[str, QComboBox] = {}
+        self.sections: dict[str, QToolButton] = {}
         self._names: list[str] = []
         self._targets: list[tuple[str, Any]] = []
 
@@ -72,37 +69,54 @@ class FilterForm(QScrollArea):
         self._offer()
 
     def _fill(self, column: QVBoxLayout, cls: type[Filter]) -> None:
-        own, common = self._form(), self._form()
-        column.addLayout(own)
+        unfolded = {group for group, button in self.sections.items() if button.isChecked()}
+        self.sections = {}
+        forms = {"": self._form()}
+        column.addLayout(forms[""])
         for name in cls.inputs[1:]:
             box = QComboBox()
             box.setMinimumContentsLength(8)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
             box.setToolTip(f"The mesh that the filter takes as its {name.replace('_', ' ')}")
             self.inputs[name] = box
-            own.addRow(self._label(name.replace("_", " ").capitalize(), box.toolTip()), box)
+            forms[""].addRow(self._label(name.replace("_", " ").capitalize(), box.toolTip()), box)
             box.activated.connect(partial(self._chosen, name))
-        for name, parameter in sorted(cls.parameters().items(), key=lambda item: not _is_own(cls, item[1])):
+        for name, parameter in cls.parameters().items():
             row = ParameterRow(parameter, self._names)
             row.changed.connect(self.edited)
+            row.changed.connect(self._name_sections)
             self.rows[name] = row
-            form = own if _is_own(cls, parameter) else common
-            form.addRow(self._label(row.label, row.tip), row)
-        if common.rowCount():
-            more = QToolButton(autoRaise=True)
-            more.setText("Limits and stop rules")
-            more.setCheckable(True)
-            more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            more.setArrowType(Qt.ArrowType.RightArrow)
-            further = QWidget()
-            further.setLayout(common)
-            further.hide()
-            more.toggled.connect(further.setVisible)
-            more.toggled.connect(
-                lambda on: more.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
-            )
-            column.addWidget(more)
-            column.addWidget(further)
+            if parameter.group not in forms:
+                forms[parameter.group] = self._section(column, parameter.group, parameter.group in unfolded)
+            forms[parameter.group].addRow(self._label(row.label, row.tip), row)
+        self._name_sections()
+
+    def _section(self, column: QVBoxLayout, group: str, unfolded: bool) -> QFormLayout:
+        """Add a form that can be folded."""
+        button = QToolButton(autoRaise=True)
+        button.setCheckable(True)
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setArrowType(Qt.ArrowType.RightArrow)
+        rows = QWidget()
+        form = self._form()
+        rows.setLayout(form)
+        rows.hide()
+        button.toggled.connect(rows.setVisible)
+        button.toggled.connect(
+            lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+        )
+        button.setChecked(unfolded)
+        column.addWidget(button)
+        column.addWidget(rows)
+        self.sections[group] = button
+        return form
+
+    def _name_sections(self) -> None:
+        """Tell on each section how many of its parameters are not the defaults: folded, they act as well."""
+        changed = [self.rows[name].parameter.group for name in self.values()]
+        for group, button in self.sections.items():
+            count = changed.count(group)
+            button.setText(group.capitalize() + (f" ({count} changed)" if count else ""))
 
     @staticmethod
     def _form() -> QFormLayout:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..kernels.schemes import Scheme
 from ..kernels.schemes.equilateral import Equilateral
-from .parameter import Parameter
+from .parameter import CONSTRAINTS, Parameter
 from .smoothing import SmoothingFilter
 
 
@@ -50,7 +50,7 @@ class EquilateralSmoothing(SmoothingFilter):
     features = SmoothingFilter.features.with_default("slide")
     ridge_angle = SmoothingFilter.ridge_angle.with_default(40.0)
     crease_angle = SmoothingFilter.crease_angle.with_default(40.0)
-    tangent_plane = Parameter(True, "Move vertices only across the surface, not off it.")
+    tangent_plane = Parameter(True, "Move vertices only across the surface, not off it.", group=CONSTRAINTS)
 
     def make_scheme(self) -> Scheme:
         """Return the equilateral scheme."""

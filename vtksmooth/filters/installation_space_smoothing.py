@@ -21,7 +21,7 @@ from .arrays import points_of, vtk_array
 from .base import add_field
 from .installation_space_regions import BLEND_WEIGHT, InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
-from .parameter import AUTO, Parameter
+from .parameter import AUTO, CONSTRAINTS, Parameter
 from .signed_distance import opened, touching_distance, used_points
 from .smoothing import FIXED
 from .valence_triangulation import ValenceTriangulation
@@ -70,7 +70,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
 
     iterations = Parameter(20, "Most iterations to do.", low=0)
     fixed = Parameter(
-        None, "Point array that is nonzero at points that must not move.", optional=True, type=str
+        None,
+        "Point array that is nonzero at points that must not move.",
+        optional=True,
+        type=str,
+        group=CONSTRAINTS,
     )
     scheme = Parameter(
         "pairwise",
@@ -91,10 +95,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         "exact",
         "What must stay inside the space: nothing, vertices, or (exact) triangles too.",
         choices=("none", "vertices", "exact"),
+        group=CONSTRAINTS,
     )
     tolerance_fraction = Parameter(
         1e-6, "How far outside counts as inside; never less than what the points' precision makes of it.",
-        low=0.0, unit="diagonals",
+        low=0.0, unit="diagonals", group=CONSTRAINTS,
     )  # fmt: skip
 
     def __init__(self, **parameters: Any) -> None:

@@ -23,7 +23,7 @@ from ..kernels.schemes.taubin import Taubin
 from ..kernels.schemes.thin_plate import ThinPlate
 from ..kernels.schemes.umbrella import Umbrella
 from .arrays import vectors_at_points
-from .parameter import Parameter
+from .parameter import CONSTRAINTS, Parameter
 from .smoothing import SmoothingFilter
 
 _FACE_CENTRES: dict[str, Callable[[float], Scheme]] = {
@@ -99,8 +99,8 @@ class LaplacianSmoothing(SmoothingFilter):
         0.1, "Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more.",
         low=0.001, high=0.9,
     )  # fmt: skip
-    tangent_plane = Parameter(False, "Move vertices only across the surface, not off it.")
-    back_to_surface = Parameter(False, "Put every vertex back on the original surface.")
+    tangent_plane = Parameter(False, "Move vertices only across the surface, not off it.", group=CONSTRAINTS)
+    back_to_surface = Parameter(False, "Put every vertex back on the original surface.", group=CONSTRAINTS)
 
     #: Vectors of the flow array, once read.
     _vectors: Float64 | None = None

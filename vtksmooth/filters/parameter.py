@@ -17,6 +17,9 @@ from ..errors import ParameterError
 #: Value of a parameter that the filter chooses by the mesh.
 AUTO = "auto"
 
+#: Groups of parameters, beside the filter's own.
+CONSTRAINTS, STOP_RULES, OUTPUT = "constraints", "stop rules", "output"
+
 
 class Parameter:
     """One parameter of a filter: a descriptor that checks what it is given.
@@ -41,6 +44,8 @@ class Parameter:
         int, float, bool or str.
     codes : mapping of int to str, optional
         Integers that stand for choices, where VTK has such a convention.
+    group : str, optional
+        What it belongs to where forms and help texts list it; empty: to what makes the filter.
 
     Examples
     --------
@@ -71,10 +76,11 @@ class Parameter:
         automatic: bool = False,
         type: type | None = None,
         codes: Mapping[int, str] | None = None,
+        group: str = "",
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
-        self.automatic = automatic
+        self.automatic, self.group = automatic, group
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 

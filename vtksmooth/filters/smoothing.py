@@ -29,7 +29,7 @@ from ..kernels.schemes import Scheme
 from ..report import RunReport
 from .arrays import point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field, output_like
-from .parameter import AUTO, Parameter
+from .parameter import AUTO, CONSTRAINTS, OUTPUT, STOP_RULES, Parameter
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
@@ -54,92 +54,105 @@ class SmoothingFilter(Filter):
     iterations = Parameter(10, "Most iterations to do.", low=0)
     fixed = Parameter(
         FIXED, "Point array that is nonzero at points that must not move; absent, none is held.",
-        optional=True, type=str,
+        optional=True, type=str, group=CONSTRAINTS,
     )  # fmt: skip
     max_displacement = Parameter(
         MAX_DISPLACEMENT,
         "Point array of how far each point may go from its place, in model units; absent, any distance.",
-        optional=True, type=str,
+        optional=True, type=str, group=CONSTRAINTS,
     )  # fmt: skip
     boundary = Parameter(
         "fixed",
         "Whether boundary points stay or slide along the boundary.",
         choices=("fixed", "sliding"),
+        group=CONSTRAINTS,
     )
     boundary_corner_angle = Parameter(
         30.0, "Sliding boundary points stay where the boundary turns by more than this.",
-        low=0.0, high=180.0, unit="deg",
+        low=0.0, high=180.0, unit="deg", group=CONSTRAINTS,
     )  # fmt: skip
     features = Parameter(
         "ignore",
         "Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.",
         choices=("ignore", "hold", "slide"),
+        group=CONSTRAINTS,
     )
     ridge_angle = Parameter(
         AUTO, "Dihedral angle from which an edge is a ridge, where no arrays say what the features are.",
-        low=0.0, high=180.0, unit="deg", automatic=True, type=float,
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS,
     )  # fmt: skip
     corner_angle = Parameter(
         AUTO, "Turning angle from which a ridge or a cone has a corner, where no arrays say it.",
-        low=0.0, high=180.0, unit="deg", automatic=True, type=float,
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS,
     )  # fmt: skip
     crease_angle = Parameter(
         None, "Edges with a dihedral angle above this stay above it.",
-        low=0.0, high=180.0, unit="deg", optional=True, type=float,
+        low=0.0, high=180.0, unit="deg", optional=True, type=float, group=CONSTRAINTS,
     )  # fmt: skip
     gate = Parameter(
         "none",
         "What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect "
         "ratio, or (floor) that below gate_floor and the mean above it.",
         choices=("none", "angle", "aspect", "floor"),
+        group=CONSTRAINTS,
     )
     gate_floor = Parameter(
-        0.6, "Of the gate with a floor: aspect ratio that is good enough.", low=0.0, high=1.0
+        0.6,
+        "Of the gate with a floor: aspect ratio that is good enough.",
+        low=0.0,
+        high=1.0,
+        group=CONSTRAINTS,
     )
     max_deviation_fraction = Parameter(
         None, "Keep every point within this distance of the original surface.",
-        low=0.0, unit="diagonals", optional=True, type=float,
+        low=0.0, unit="diagonals", optional=True, type=float, group=CONSTRAINTS,
     )  # fmt: skip
     null_space = Parameter(
-        False, "Keep of each step what goes across the surface or along its ridges; corners do not slide."
+        False,
+        "Keep of each step what goes across the surface or along its ridges; corners do not slide.",
+        group=CONSTRAINTS,
     )
     corrections = Parameter(
         0,
         "Corrections in each pass of the volume that is swept round every point; 0 is none.",
         low=0,
         high=100,
+        group=CONSTRAINTS,
     )
     preserve_volume = Parameter(
-        False, "End each pass with an equal step of all points that closes the volume of every body exactly."
+        False,
+        "End each pass with an equal step of all points that closes the volume of every body exactly.",
+        group=CONSTRAINTS,
     )
     stop_normal_deviation = Parameter(
         None, "Stop before vertex normals turn by more than this.",
-        low=0.0, high=180.0, unit="deg", optional=True, type=float,
+        low=0.0, high=180.0, unit="deg", optional=True, type=float, group=STOP_RULES,
     )  # fmt: skip
     stop_dihedral_change = Parameter(
         None, "Stop before dihedral angles change by more than this.",
-        low=0.0, high=360.0, unit="deg", optional=True, type=float,
+        low=0.0, high=360.0, unit="deg", optional=True, type=float, group=STOP_RULES,
     )  # fmt: skip
     stop_deviation_fraction = Parameter(
         None, "Stop before points are farther from the original surface than this.",
-        low=0.0, unit="diagonals", optional=True, type=float,
+        low=0.0, unit="diagonals", optional=True, type=float, group=STOP_RULES,
     )  # fmt: skip
     stop_volume_percent = Parameter(
         None, "Stop before the enclosed volume changes by more than this.",
-        low=0.0, unit="percent", optional=True, type=float,
+        low=0.0, unit="percent", optional=True, type=float, group=STOP_RULES,
     )  # fmt: skip
     stop_gain = Parameter(
         None, "Stop when an iteration raises the mean aspect ratio by less than this.",
-        optional=True, type=float,
+        optional=True, type=float, group=STOP_RULES,
     )  # fmt: skip
     stop_statistic = Parameter(
         "max",
         "What of normals, dihedral angles and distances the stop rules look at.",
         choices=("max", "mean"),
+        group=STOP_RULES,
     )
     output_points_precision = Parameter(
         "default", "Precision of the output's points; default keeps the input's.",
-        choices=("default", "single", "double"), codes={0: "single", 1: "double", 2: "default"},
+        choices=("default", "single", "double"), codes={0: "single", 1: "double", 2: "default"}, group=OUTPUT,
     )  # fmt: skip
 
     def __init__(self, **parameters: Any) -> None:
