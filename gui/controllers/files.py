@@ -17,6 +17,7 @@ from vtksmooth.files import READABLE, WRITABLE, read_surface, write_surface
 from ..model.document import Document
 from ..model.layer import Layer
 from ..model.session import SUFFIX
+from ..model.state import State
 from ..settings import Settings
 from ..views.main_window import MainWindow
 from .jobs import Context, Job, Jobs
@@ -47,7 +48,7 @@ class Files(QObject):
         self._document, self._window, self._jobs, self._settings = document, window, jobs, settings
         self._numbers = itertools.count()
         window.dropped.connect(self.open_paths)
-        window.recent.aboutToShow.connect(self._list_recent)
+        window.menus["File"].aboutToShow.connect(self._list_recent)
 
     # -- opening -----------------------------------------------------------------------------------
 
@@ -78,7 +79,8 @@ class Files(QObject):
             for number, path in enumerate(paths):
                 context.tell(number / len(paths), f"reading {path.name}")
                 try:
-                    found.append((path, read_surface(path)))
+                    mesh, notes = read_surface(path)
+                    found.append((path, (State.of(mesh), notes)))
                 except Exception as error:
                     found.append((path, error))
             return found
@@ -97,8 +99,8 @@ class Files(QObject):
                 wrong.append(explain(result))
                 self._settings.remove_recent(path)
                 continue
-            mesh, notes = result
-            self._document.open(mesh, path)
+            state, notes = result
+            self._document.open(state, path)
             self._settings.add_recent(path)
             self._settings.set("folder", str(path.resolve().parent))
             said += notes

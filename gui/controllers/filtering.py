@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
@@ -18,7 +19,7 @@ from ..settings import Settings
 from ..views.filter_form import title
 from ..views.main_window import MainWindow
 from .files import explain
-from .jobs import Context, Jobs
+from .jobs import Context, Job, Jobs
 
 #: Larger meshes are previewed when a slider is let go of, not while it moves.
 _LIVE = 100_000
@@ -26,17 +27,35 @@ _LIVE = 100_000
 _PAUSE = 150
 
 
+@dataclass(frozen=True)
 class _Request:
     """What is to be run: a filter with its parameters, on states."""
 
-    def __init__(self, cls: type[Filter], values: dict[str, Any], layer: Layer, states: list[State]) -> None:
-        self.cls, self.values, self.layer, self.states = cls, values, layer, states
+    cls: type[Filter]
+    values: dict[str, Any]
+    layer: Layer
+    states: list[State]
 
-    def work(self, context: Context) -> tuple[_Request, Any, float]:
+    def work(self, context: Context) -> _Result:
         """Run it; the filter belongs to the worker alone until it has ended."""
         began = time.perf_counter()
-        algorithm = context.run(self.cls(**self.values), *(state.input() for state in self.states))
-        return self, algorithm, time.perf_counter() - began
+        filter: Any = context.run(self.cls(**self.values), *(state.input() for state in self.states))
+        seconds = time.perf_counter() - began
+        outputs = [State.of(filter.GetOutput(port), self.states[0]) for port in range(len(self.cls.outputs))]
+        report = str(getattr(filter, "report", "") or numbers.line(filter.figures))
+        return _Result(self, outputs, seconds, report, said(filter), getattr(filter, "notes", []))
+
+
+@dataclass(frozen=True)
+class _Result:
+    """What came out of a request."""
+
+    request: _Request
+    outputs: list[State]
+    seconds: float
+    report: str
+    did: str
+    notes: list[str]
 
 
 class Filtering(QObject):
@@ -53,7 +72,9 @@ class Filtering(QObject):
         self._panel = window.filters
         self._timer = QTimer(self, singleShot=True, interval=_PAUSE)
         self._timer.timeout.connect(self._start_preview)
-        self._previewed_for: State | None = None
+        #: What a preview was asked for, and what came out if it has ended.
+        self._previewing: _Request | None = None
+        self._preview: _Result | None = None
         self._panel.edited.connect(self._edited)
         self._panel.chosen.connect(self._chosen)
         document.changed.connect(self._document_changed)
@@ -72,15 +93,20 @@ class Filtering(QObject):
         request = self._request()
         if request is None:
             return
+        self.remember()
+        # What a preview of the same has found, or is about to find, is not computed again.
+        if self._preview is not None and self._preview.request == request:
+            self._done(self._preview)
+            return
+        job = self._jobs.move("preview", "apply") if self._previewing == request else None
         self._window.action("preview").setChecked(False)
         self._drop_preview()
-        self.remember()
-        job = self._jobs.start("apply", request.work)
-        job.progressed.connect(self._panel.set_progress)
+        if job is not None:
+            job.done.disconnect(self._show_preview)
+        else:
+            job = self._start("apply", request)
+            self._panel.set_progress(0.0, f"{title(request.cls)} …")
         job.done.connect(self._done)
-        job.failed.connect(self._failed)
-        job.stopped.connect(self._stopped)
-        self._panel.set_progress(0.0, f"{title(request.cls)} …")
         self._show_state()
 
     def cancel(self) -> None:
@@ -118,24 +144,28 @@ class Filtering(QObject):
             states.append(state)
         return _Request(panel.filter, panel.values(), layer, states)
 
+    def _start(self, lane: str, request: _Request) -> Job:
+        job = self._jobs.start(lane, request.work)
+        job.progressed.connect(self._panel.set_progress)
+        job.failed.connect(self._failed)
+        job.stopped.connect(self._stopped)
+        return job
+
     @Slot(object)
-    def _done(self, result: tuple[_Request, Any, float]) -> None:
-        request, algorithm, seconds = result
+    def _done(self, result: _Result) -> None:
+        request, report, notes = result.request, result.report, result.notes
         self._panel.set_progress(None)
         if request.layer.state is not request.states[0]:
             self._window.notification.say("The mesh has changed meanwhile; nothing was applied.", "warning")
             return
-        report = str(getattr(algorithm, "report", "") or numbers.line(algorithm.figures))
         step, sources = self._document.step(request.layer, request.cls, request.values, request.states[1:])
-        outputs = [algorithm.GetOutput(port) for port in range(len(request.cls.outputs))]
         given = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in request.values.items())
         name = f"{title(request.cls)} on {request.layer.name}" + (f": {given}" if given else "")
-        self._document.apply(request.layer, outputs, step, sources, name, said(algorithm), report)
-        notes: list[str] = getattr(algorithm, "notes", [])
-        words = (
-            f"{title(request.cls)}: {report}" if report else f"{title(request.cls)} done in {seconds:.2f} s."
+        self._document.apply(request.layer, result.outputs, step, sources, name, result.did, report)
+        words = report or f"done in {result.seconds:.2f} s."
+        self._window.notification.say(
+            " ".join([f"{title(request.cls)}: {words}", *notes]), "warning" if notes else "note"
         )
-        self._window.notification.say(" ".join([words, *notes]), "warning" if notes else "note")
         self.applied.emit()
 
     @Slot(object)
@@ -164,25 +194,21 @@ class Filtering(QObject):
         if request is None:
             self._window.action("preview").setChecked(False)
             return
-        self._previewed_for = request.states[0]
-        job = self._jobs.start("preview", request.work)
-        job.progressed.connect(self._panel.set_progress)
-        job.done.connect(self._show_preview)
-        job.failed.connect(self._failed)
-        job.stopped.connect(self._stopped)
+        self._previewing = request
+        self._start("preview", request).done.connect(self._show_preview)
 
     @Slot(object)
-    def _show_preview(self, result: tuple[_Request, Any, float]) -> None:
-        _, algorithm, seconds = result
-        report = str(getattr(algorithm, "report", "") or f"{seconds:.2f} s")
+    def _show_preview(self, result: _Result) -> None:
+        report = result.report or f"{result.seconds:.2f} s"
         self._panel.set_progress(None, f"preview: {report}")
         self._panel.doing.setToolTip(report)
-        self.previewed.emit(State(algorithm.GetOutput(0)))
+        self._preview = result
+        self.previewed.emit(result.outputs[0])
 
     def _drop_preview(self) -> None:
         self._timer.stop()
         self._jobs.cancel("preview")
-        self._previewed_for = None
+        self._previewing = self._preview = None
         self._panel.set_progress(None)
         self.previewed.emit(None)
 
@@ -201,7 +227,8 @@ class Filtering(QObject):
             data = layer.state.mesh.GetPointData()
             names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
         self._panel.set_targets(targets, names)
-        if self._previewed_for is not None and (layer is None or layer.state is not self._previewed_for):
+        previewed = self._previewing.states[0] if self._previewing is not None else None
+        if previewed is not None and (layer is None or layer.state is not previewed):
             self._window.action("preview").setChecked(False)
             self._drop_preview()
         self._show_state()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -107,6 +108,8 @@ class Job(QObject):
         self.work = work
         self.context = Context(self._told.emit, self._part.emit)
         self.over = False
+        #: When the work ended, seconds of time.perf_counter: for measurements.
+        self.stopped_at = 0.0
         self._told.connect(self._progress, Qt.ConnectionType.QueuedConnection)
         self._part.connect(self._receive, Qt.ConnectionType.QueuedConnection)
         self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
@@ -153,6 +156,7 @@ class _Runnable(QRunnable):
                 result = job.work(job.context)
         except BaseException as raised:  # whatever happens in a worker is told in the window
             error = raised
+        job.stopped_at = time.perf_counter()
         with contextlib.suppress(RuntimeError):  # the application is gone
             job._ended.emit(result, error)
 
@@ -190,6 +194,19 @@ class Jobs(QObject):
     def busy(self, lane: str) -> bool:
         """Return whether a job of `lane` is under way."""
         return lane in self._lanes and not self._lanes[lane].over
+
+    def job(self, lane: str) -> Job | None:
+        """Return the job that was started last in `lane` and not cancelled."""
+        return self._lanes.get(lane)
+
+    def move(self, lane: str, other: str) -> Job | None:
+        """Let what runs in `lane` go on in `other`, and return it; None where nothing runs."""
+        if not self.busy(lane):
+            return None
+        self.cancel(other)
+        self._lanes[other] = self._lanes.pop(lane)
+        self.changed.emit()
+        return self._lanes[other]
 
     def cancel(self, lane: str) -> None:
         """Cancel the job of `lane`, if there is one."""

@@ -69,7 +69,7 @@ class _Replay:
             if source not in self.sources:
                 assert isinstance(source, Path)
                 context.tell(0.0, f"reading {source.name}")
-                self.sources[source] = State(read_surface(source)[0])
+                self.sources[source] = State.of(read_surface(source)[0])
         began = 0
 
         def apply(algorithm: Any, *meshes: Any) -> None:
@@ -97,9 +97,8 @@ class _Replay:
         return self
 
     def _state(self, mesh: Any, steps: int, did: list[str]) -> State:
-        return State(
-            mesh, recipe=Recipe(self.recipe.steps[:steps]), sources=self.sources, did=tuple(did[:steps])
-        )
+        recipe = Recipe(self.recipe.steps[:steps])
+        return State.of(mesh, self.begin, recipe=recipe, sources=self.sources, did=tuple(did[:steps]))
 
 
 class Recipes(QObject):

@@ -96,8 +96,8 @@ class Document:
         return layer.opened
 
     def open(self, mesh: Any, path: Path) -> Layer:
-        """Add a mesh that has been read from `path`."""
-        state = State(mesh)
+        """Add a mesh, or its state, that has been read from `path`."""
+        state = State.of(mesh)
         layer = self._new_layer(path.stem, state)
         layer.source, layer.path, layer.saved = path, path, state
         self._do(Step(f"Open {path.name}", {layer: (None, state)}))
@@ -150,6 +150,7 @@ class Document:
 
         Parameters
         ----------
+        outputs : sequence of vtkPolyData or State
         step, sources
             As :meth:`step` makes them.
         did, summary : str
@@ -157,15 +158,13 @@ class Document:
         """
         before = layer.state
         assert before is not None
-        after = State(
-            outputs[0],
-            recipe=before.recipe.added(step),
-            sources={**before.sources, **sources},
-            did=(*before.did, did),
-        )
+        after = State.of(outputs[0])
+        after.recipe = before.recipe.added(step)
+        after.sources = {**before.sources, **sources}
+        after.did = (*before.did, did)
         changes: dict[Layer, tuple[State | None, State | None]] = {layer: (before, after)}
         for name, mesh in zip(step.cls.outputs[1:], outputs[1:], strict=True):
-            state = State(mesh)
+            state = State.of(mesh)
             added = self._new_layer(f"{layer.name} {name}", state)
             added.role = Role.REFERENCE
             changes[added] = (None, state)

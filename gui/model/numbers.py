@@ -79,7 +79,12 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
             Row("of the diagonal", "", f"{100 * comparison['deviation']['max_relative']:.4g} %"),
         ]
     found += _difference(subject, unit)
-    return [row for row in found if row.before or row.after]
+    rare = ("quadrilaterals", "larger polygons")
+    return [
+        row
+        for row in found
+        if (row.before or row.after) and not (row.name in rare and {row.before, row.after} <= {"", "0"})
+    ]
 
 
 def _length(value: float | None, unit: str, power: int = 1) -> str:

@@ -111,10 +111,7 @@ class Overlay:
             scale = (subject.before or subject.state).diagonal if self.relative else 1.0
             good, warning, bad = self.thresholds
             return (good * scale, warning * scale, bad * scale)
-        if values is None or not len(values.finite):
-            return (0.0, 0.5, 1.0)
-        good, warning, bad = np.quantile(np.abs(values.finite), (0.5, 0.9, 0.99))
-        return (float(good), float(warning), float(bad))
+        return (0.0, 0.5, 1.0) if values is None else values.quantiles
 
 
 OVERLAYS: tuple[Overlay, ...] = (
@@ -216,7 +213,10 @@ def _fields(state: State, mesh: Any, names: list[str], lines: Any = None) -> dic
         values, on_points = found
         if not on_points:
             values = values[state.surface.cells]
-        fields[one.id] = Field(values, on_points, state.surface, one.low_is_bad, lines).prepare()
+        field = Field(values, on_points, state.surface, one.low_is_bad, lines).prepare()
+        if one.thresholds is None:
+            _ = field.quantiles  # of which its thresholds are made
+        fields[one.id] = field
     return fields
 
 

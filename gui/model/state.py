@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,10 @@ from .field import Field
 
 #: What a recipe calls the mesh of a further input: a file, or a role.
 Source = str | Path
+
+
+def _cells(mesh: Any) -> tuple[Any, ...]:
+    return mesh.GetVerts(), mesh.GetLines(), mesh.GetPolys(), mesh.GetStrips()
 
 
 @dataclass(eq=False, repr=False)
@@ -49,6 +53,23 @@ class State:
     recipe: Recipe = field(default_factory=Recipe)
     sources: Mapping[Source, State] = field(default_factory=dict)
     did: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, mesh: Any, like: State | None = None, **made: Any) -> State:
+        """Return a mesh as a state, ready to be shown; to be called by the worker.
+
+        Where it has the faces of `like`, both share them here as they do in VTK; `made` says what made it.
+        """
+        if isinstance(mesh, State):
+            return mesh
+        state = cls(mesh, **made)
+        if like is not None and like.surface is not None and state._shares_faces(like):
+            points = np.ascontiguousarray(state.points, dtype=np.float64)
+            if np.isfinite(points).all():
+                faces = like.surface
+                state.surface = replace(faces, mesh=faces.mesh.with_points(points))
+        _ = state.surface, state.memory
+        return state
 
     def __post_init__(self) -> None:
         self.mesh = output_like(self.mesh)
@@ -91,12 +112,7 @@ class State:
         arrays = []
         if self.mesh.GetPoints():
             arrays.append(self.mesh.GetPoints().GetData())
-        for cells in (
-            self.mesh.GetVerts(),
-            self.mesh.GetLines(),
-            self.mesh.GetPolys(),
-            self.mesh.GetStrips(),
-        ):
+        for cells in _cells(self.mesh):
             if cells.GetNumberOfCells():
                 arrays += [cells.GetConnectivityArray(), cells.GetOffsetsArray()]
         for data in (self.mesh.GetPointData(), self.mesh.GetCellData()):
@@ -107,13 +123,22 @@ class State:
         """Return a polydata of its own over the same arrays, for a worker thread."""
         return output_like(self.mesh)
 
+    def _shares_faces(self, other: State) -> bool:
+        """Return whether `other` has as many points, and its cells are the same in memory."""
+        pairs = zip(_cells(self.mesh), _cells(other.mesh), strict=True)
+        return self.n_points == other.n_points and all(
+            mine.GetNumberOfCells() == its.GetNumberOfCells() == 0
+            or mine.GetConnectivityArray() is its.GetConnectivityArray()
+            for mine, its in pairs
+        )
+
     def has_same_faces(self, other: State) -> bool:
         """Return whether `other` has the same points by number and the same faces."""
+        if self._shares_faces(other):
+            return True
         mine, its = self.surface, other.surface
         if mine is None or its is None or self.n_points != other.n_points or self.n_faces != other.n_faces:
             return False
-        if self.mesh.GetPolys().GetConnectivityArray() is other.mesh.GetPolys().GetConnectivityArray():
-            return True
         return np.array_equal(mine.mesh.offsets, its.mesh.offsets) and np.array_equal(
             mine.mesh.connectivity, its.mesh.connectivity
         )

@@ -53,12 +53,13 @@ class FilterForm(QScrollArea):
         self.rows: dict[str, ParameterRow] = {}
         self.inputs: dict[str, QComboBox] = {}
         self.sections: dict[str, QToolButton] = {}
+        self._unfolded: set[str] = set()
         self._names: list[str] = []
         self._targets: list[tuple[str, Any]] = []
 
     def show_filter(self, cls: type[Filter] | None) -> None:
         """Show the form of a filter with its defaults, or nothing."""
-        self.filter, self.rows, self.inputs = cls, {}, {}
+        self.filter, self.rows, self.inputs, self.sections = cls, {}, {}, {}
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 0, 4, 0)
@@ -69,8 +70,6 @@ class FilterForm(QScrollArea):
         self._offer()
 
     def _fill(self, column: QVBoxLayout, cls: type[Filter]) -> None:
-        unfolded = {group for group, button in self.sections.items() if button.isChecked()}
-        self.sections = {}
         forms = {"": self._form()}
         column.addLayout(forms[""])
         for name in cls.inputs[1:]:
@@ -87,13 +86,13 @@ class FilterForm(QScrollArea):
             row.changed.connect(self._name_sections)
             self.rows[name] = row
             if parameter.group not in forms:
-                forms[parameter.group] = self._section(column, parameter.group, parameter.group in unfolded)
+                forms[parameter.group] = self._section(column, parameter.group)
             forms[parameter.group].addRow(self._label(row.label, row.tip), row)
         self._name_sections()
 
-    def _section(self, column: QVBoxLayout, group: str, unfolded: bool) -> QFormLayout:
+    def _section(self, column: QVBoxLayout, group: str) -> QFormLayout:
         """Add a form that can be folded."""
-        button = QToolButton(autoRaise=True)
+        self.sections[group] = button = QToolButton(autoRaise=True)
         button.setCheckable(True)
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setArrowType(Qt.ArrowType.RightArrow)
@@ -102,14 +101,15 @@ class FilterForm(QScrollArea):
         rows.setLayout(form)
         rows.hide()
         button.toggled.connect(rows.setVisible)
-        button.toggled.connect(
-            lambda on: button.setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
-        )
-        button.setChecked(unfolded)
+        button.toggled.connect(partial(self._unfold, group))
+        button.setChecked(group in self._unfolded)
         column.addWidget(button)
         column.addWidget(rows)
-        self.sections[group] = button
         return form
+
+    def _unfold(self, group: str, on: bool) -> None:
+        self.sections[group].setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
+        (self._unfolded.add if on else self._unfolded.discard)(group)
 
     def _name_sections(self) -> None:
         """Tell on each section how many of its parameters are not the defaults: folded, they act as well."""
