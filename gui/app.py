@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ def start(meshes: list[Path]) -> int:
     VtksmoothError
         Qt is not installed, or there is no display.
     """
+    gc.disable()  # until the window is open: what is made till then lives as long as the program
     try:
         from .start import run
     except ImportError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -30,11 +31,20 @@ def set_up() -> QApplication:
     return application
 
 
+def open_window(settings: Settings) -> Application:
+    """Return the application, with its window open."""
+    application = Application(settings)
+    application.window.show()
+    # Hundreds of thousands of objects: looking through them for garbage would be felt, and there is none.
+    gc.freeze()
+    gc.enable()
+    return application
+
+
 def run(meshes: list[Path]) -> int:
     """Open the window with these meshes, and return when it is closed."""
     qt = set_up()
-    application = Application(Settings())
-    application.window.show()
+    application = open_window(Settings())
     application.sessions.offer_recovery()
     application.files.open_paths(meshes)
     # Python looks at signals between its own instructions: give it some.

@@ -134,6 +134,7 @@ class Display(QObject):
         window, document, subject = self._window, self._document, self.subject
         layer = document.active
         window.hint.setVisible(subject is None)
+        window.view.set_preview(self._preview is not None)
         visible = layer is not None and layer.visible
         before = document.before
         window.view.show_meshes(
@@ -230,7 +231,7 @@ class Display(QObject):
         if one is None or after is None or subject is None:
             window.view.colour("after", None, None)
             window.view.colour("before", None, None)
-            window.colour_bar.show_scale(None, "", "", None)
+            window.colour_bar.show_scale(None, "", None)
             window.histogram.show_fields(None, None, "", (0.0, 1.0), ())
             window.worst.show_field(None, "value")
             window.view.mark("bad", None)
@@ -263,21 +264,20 @@ class Display(QObject):
 
     def _colour(self, dragging: bool = False) -> None:
         """Colour by the values that are there."""
-        window, one = self._window, self.overlay
+        window, one, subject = self._window, self.overlay, self.subject
         after, before = self.fields
         if one is None or after is None:
             return
         thresholds = self.thresholds()
         colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
         window.view.colour("after", after, colours)
-        window.view.colour("before", before, colours)
-        unit = one.unit_of(self._document.unit)
-        window.colour_bar.show_scale(colours, one.title, unit, thresholds)
+        unchanged = subject is not None and subject.before is subject.state
+        window.view.colour("before", after if unchanged else before, colours)
+        heading = labelled(one.title, one.unit_of(self._document.unit))
+        window.colour_bar.show_scale(colours, heading, thresholds)
         span = (colours.low, colours.high)
         lines = () if colours.classes else thresholds
-        window.histogram.show_fields(
-            before, after, labelled(one.title, unit), span, lines, one is OVERLAYS[0]
-        )
+        window.histogram.show_fields(before, after, heading, span, lines, one is OVERLAYS[0])
         if not dragging:
             self.bad_faces()
 

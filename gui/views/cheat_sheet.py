@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from ..commands import COMMANDS, MENUS
@@ -46,6 +47,7 @@ class CheatSheet(QDialog):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Keyboard shortcuts")
+        QShortcut(QKeySequence("H"), self, activated=self.close)  # type: ignore[call-overload]
         label = QLabel(html())
         label.setContentsMargins(16, 4, 16, 12)
         area = QScrollArea(widgetResizable=True)

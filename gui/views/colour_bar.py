@@ -20,18 +20,22 @@ class ColourBar(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setFixedWidth(140)
+        # The view keeps its size when there is nothing to show here.
+        keep = self.sizePolicy()
+        keep.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(keep)
         self.setMouseTracking(True)
         self.setToolTip("Drag a threshold, or double-click it to type a value")
         self._scale: Scale | None = None
-        self._title = self._unit = ""
+        self._title = ""
         self.thresholds: tuple[float, float, float] | None = None
         self._held: int | None = None
 
     def show_scale(
-        self, scale: Scale | None, title: str, unit: str, thresholds: tuple[float, float, float] | None
+        self, scale: Scale | None, title: str, thresholds: tuple[float, float, float] | None
     ) -> None:
         """Show a scale; None shows nothing."""
-        self._scale, self._title, self._unit = scale, title, unit
+        self._scale, self._title = scale, title
         self.thresholds = None if scale is None or scale.classes else thresholds
         self.setVisible(scale is not None)
         self.update()
@@ -68,11 +72,11 @@ class ColourBar(QWidget):
         assert self._scale is not None
         scale, bar = self._scale, self._bar()
         painter.setPen(ink)
-        title = self._title + (f" [{self._unit}]" if self._unit else "")
         painter.drawText(
             QRectF(4, 8, self.width() - 8, 44),
-            int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter), title,
-        )  # fmt: skip
+            int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter),
+            self._title,
+        )
         column = QImage(
             scale.colours[::-1].copy().data, 1, len(scale.colours), 3, QImage.Format.Format_RGB888
         )

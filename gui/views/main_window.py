@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtGui import (
+    QAction,
+    QActionGroup,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QGuiApplication,
+    QKeySequence,
+)
 from PySide6.QtWidgets import (
     QComboBox,
     QDockWidget,
@@ -11,6 +19,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QMainWindow,
     QMenu,
+    QSizePolicy,
     QSplitter,
     QToolBar,
     QVBoxLayout,
@@ -58,7 +67,7 @@ class MainWindow(QMainWindow):
         self._make_actions()
         self.view = MeshView()
         self.colour_bar = ColourBar()
-        self.notification = Notification()
+        self.notification = Notification(self.view)
         self.layers = LayerList()
         action = self.action
         self.filters = FilterPanel(FILTERS, action("apply"), action("cancel"), action("preview"))
@@ -79,7 +88,7 @@ class MainWindow(QMainWindow):
         self.overlays.setToolTip("What is shown on the mesh")
         self._arrange()
         self._make_tool_bar()
-        self.resize(1600, 950)
+        self.resize(QSize(1600, 950).boundedTo(QGuiApplication.primaryScreen().availableSize()))
         geometry, state = settings.layout("geometry"), settings.layout("state")
         if geometry is not None and state is not None:
             self.restoreGeometry(geometry)
@@ -98,7 +107,9 @@ class MainWindow(QMainWindow):
             action = QAction(command.title, self)
             action.setObjectName(command.id)
             if command.key:
-                action.setShortcut(QKeySequence(command.key))
+                # The key of that name beside the letters, and the one beside the digits.
+                keys = dict.fromkeys((command.key, command.key.replace("Return", "Enter")))
+                action.setShortcuts([QKeySequence(key) for key in keys])
             tip = command.tip or command.title.rstrip("…")
             action.setToolTip(tip)
             action.setStatusTip(tip)
@@ -160,15 +171,16 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        column.addWidget(self.notification)
         row = QHBoxLayout()
         row.setSpacing(0)
         row.addWidget(self.view, 1)
+        self.view.put_over(self.hint)
         row.addWidget(self.colour_bar)
         column.addLayout(row, 1)
-        column.addWidget(self.hint)
         self.probe = QLabel(" ")
         self.probe.setContentsMargins(6, 2, 6, 2)
+        # However long the text: it must not push the view about.
+        self.probe.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         column.addWidget(self.probe)
         self.setCentralWidget(centre)
         left = QSplitter(Qt.Orientation.Vertical)
@@ -211,6 +223,7 @@ class MainWindow(QMainWindow):
         for dock in docks.values():
             windows.addAction(dock.toggleViewAction())
         self.figures = QLabel()
+        self.figures.setMinimumWidth(1)
         self.statusBar().addPermanentWidget(self.figures)
 
     def _dock(self, name: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QMouseEvent
-from PySide6.QtWidgets import QVBoxLayout, QWidget
-from pyvistaqt import QtInteractor
+from PySide6.QtWidgets import QGridLayout, QWidget
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkPolyData
@@ -22,6 +21,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from ..model.field import Field
+from .canvas import Canvas
 from .scale import BEYOND, UNKNOWN, Scale
 from .theme import Theme
 
@@ -117,10 +117,10 @@ class MeshView(QWidget):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.plotter = QtInteractor(self, shape=(1, 2), border=False, auto_update=False)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.plotter.interactor)
+        self.plotter = Canvas(self, shape=(1, 2), border=False, auto_update=False)
+        self._cell = QGridLayout(self)
+        self._cell.setContentsMargins(0, 0, 0, 0)
+        self._cell.addWidget(self.plotter.interactor, 0, 0)
         self.setMinimumSize(240, 180)
         self._renderers = [self.plotter.renderers[0], self.plotter.renderers[1]]
         self._renderers[1].SetActiveCamera(self._renderers[0].GetActiveCamera())
@@ -136,14 +136,13 @@ class MeshView(QWidget):
         self._context: dict[Any, _Surface] = {}
         self._marks = {name: self._mark(name) for name in ("bad", "brush", "worst", "lines")}
         self.mode, self.shows_before, self.swipe_at = SINGLE, False, 0.5
+        self._is_preview = False
         self._moving_line = False
         self._planes = {"before": vtkPlane(), "after": vtkPlane()}
         self._line = self._swipe_line()
         #: When the last frame was issued, seconds of time.perf_counter: for measurements.
         self.issued = 0.0
         self.frames = 0
-        self._timer = QTimer(self, singleShot=True, interval=0)
-        self._timer.timeout.connect(self.render_now)
         self._rest = QTimer(self, singleShot=True, interval=80)
         self._rest.timeout.connect(self._point)
         self._pointer = QPoint()
@@ -154,6 +153,11 @@ class MeshView(QWidget):
         self._renderers[0].AddObserver("StartEvent", self._cut)
         self.plotter.render_window.AddObserver("StartEvent", self._issue)
         self._arrange()
+
+    def put_over(self, label: QWidget) -> None:
+        """Put a label over the middle of the view."""
+        label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._cell.addWidget(label, 0, 0, Qt.AlignmentFlag.AlignCenter)
 
     # -- what is shown -----------------------------------------------------------------------------
 
@@ -235,6 +239,13 @@ class MeshView(QWidget):
         self.shows_before = shown
         self._arrange()
 
+    def set_preview(self, on: bool) -> None:
+        """Say that what is shown is a preview, or the mesh itself."""
+        if on != self._is_preview:
+            self._is_preview = on
+            self._labels["after"].SetInput("preview" if on else "after")
+            self._arrange()
+
     def set_swipe(self, fraction: float) -> None:
         """Put the swipe line at this fraction of the width."""
         self.swipe_at = min(max(fraction, 0.0), 1.0)
@@ -270,7 +281,7 @@ class MeshView(QWidget):
             first.AddViewProp(self._line)
         if split or swipe or self.shows_before:
             first.AddViewProp(self._labels["before"])
-        if split or swipe:
+        if split or swipe or (self._is_preview and not self.shows_before):
             after_renderer.AddViewProp(self._labels["after"])
         self._labels["after"].SetPosition(0.98 if swipe else 0.02, 0.96)
         self._labels["after"].GetTextProperty().SetJustification(2 if swipe else 0)
@@ -419,18 +430,16 @@ class MeshView(QWidget):
 
     def render_soon(self) -> None:
         """Draw once, when all that is being changed has been."""
-        self._timer.start()
+        self.plotter.interactor.update()
 
     def render_now(self) -> None:
         """Draw."""
-        self._timer.stop()
-        if not self.isVisible():
-            return
-        for renderer in self._renderers:
-            renderer.ResetCameraClippingRange()
-        self.plotter.render_window.Render()
+        self.plotter.interactor.repaint()
 
     def _issue(self, *_: Any) -> None:
+        """Before each frame."""
+        for renderer in self._renderers:
+            renderer.ResetCameraClippingRange()
         self.issued = time.perf_counter()
         self.frames += 1
 
@@ -467,7 +476,6 @@ class MeshView(QWidget):
 
     def close_view(self) -> None:
         """Let go of the graphics; before the widget is closed."""
-        self._timer.stop()
         self._rest.stop()
         self.plotter.interactor.removeEventFilter(self)
         self.plotter.close()

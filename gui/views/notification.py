@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton
+from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 _STAY = {"note": 8_000, "warning": 15_000, "error": 0}
 _LOOK = {"note": "#0b6fa4", "warning": "#9a6700", "error": "#b3261e"}
 
 
 class Notification(QFrame):
-    """A line with a close button; errors stay until they are closed."""
+    """A line with a close button; errors stay until they are closed.
 
-    def __init__(self) -> None:
-        super().__init__()
+    It lies over the upper edge of a view: a view that made room for it would be drawn anew.
+    """
+
+    def __init__(self, view: QWidget) -> None:
+        super().__init__(view)
+        view.installEventFilter(self)
         self.label = QLabel(wordWrap=True)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         close = QToolButton(autoRaise=True)
@@ -40,7 +44,19 @@ class Notification(QFrame):
         self.setStyleSheet(
             f"Notification {{ background: {_LOOK[level]}; }} QLabel, QToolButton {{ color: white; }}"
         )
+        self._place()
         self.show()
+        self.raise_()
         self._timer.stop()
         if _STAY[level]:
             self._timer.start(_STAY[level])
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
+        """Follow the view's width."""
+        if event.type() == QEvent.Type.Resize:
+            self._place()
+        return False
+
+    def _place(self) -> None:
+        width = self.parentWidget().width()
+        self.setGeometry(0, 0, width, self.layout().totalHeightForWidth(width))

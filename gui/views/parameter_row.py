@@ -226,6 +226,9 @@ class ParameterRow(QWidget):
         auto = self.automatic is not None and self.automatic.isChecked()
         self.editor.setEnabled(on and not auto)
         if self.automatic is not None:
+            # In place of a number that nobody has given.
+            self.editor.setSpecialValueText("by the mesh" if auto else "")  # type: ignore[attr-defined]
+        if self.automatic is not None:
             self.automatic.setEnabled(on)
         if self.slider is not None:
             self.slider.setEnabled(on)

@@ -36,24 +36,27 @@ class User:
         self.qtbot.wait(1)
 
     def drop(self, *paths):
-        """Drop files on the window."""
+        """Drop files on the middle of the window: on what takes them there."""
         from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
         from PySide6.QtGui import QDragEnterEvent, QDropEvent
         from PySide6.QtWidgets import QApplication
 
+        target = self.window.childAt(self.window.rect().center())
+        while not target.acceptDrops():
+            target = target.parentWidget()
         data = QMimeData()
         data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
         enter = QDragEnterEvent(
             QPoint(20, 20), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
             Qt.KeyboardModifier.NoModifier,
         )  # fmt: skip
-        QApplication.sendEvent(self.window, enter)
+        QApplication.sendEvent(target, enter)
         assert enter.isAccepted()
         drop = QDropEvent(
             QPointF(20, 20), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
             Qt.KeyboardModifier.NoModifier,
         )  # fmt: skip
-        QApplication.sendEvent(self.window, drop)
+        QApplication.sendEvent(target, drop)
         self.wait()
 
     def press(self, key, modifier=None):
@@ -98,13 +101,18 @@ def settings_file(tmp_path):
 
 
 @pytest.fixture
-def open_window(request, settings_file):
-    """A function that opens the application; all windows are closed at the end."""
+def display():
+    """Where no window can be opened: skips the test, or fails it."""
     reason = missing()
     if reason and NEEDED:
         pytest.fail(f"Windows are needed here, and {reason}.")
     if reason:
         pytest.skip(reason)
+
+
+@pytest.fixture
+def open_window(request, display, settings_file):
+    """A function that opens the application; all windows are closed at the end."""
     qtbot = request.getfixturevalue("qtbot")
     from vtksmooth_gui import start
     from vtksmooth_gui.controllers.application import Application

@@ -79,6 +79,18 @@ def test_a_state_shares_what_did_not_change():
     assert document.history.memory == first.n_points * 3 * 4
 
 
+def test_states_with_the_same_faces_share_them_here_too():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    first = layer.state
+    second = State.of(LaplacianSmoothing()(first.input()), first)
+    assert second.surface.mesh.connectivity is first.surface.mesh.connectivity
+    assert np.array_equal(second.surface.mesh.points, second.points)
+    other = State.of(sphere(), first)
+    assert other.surface.mesh.connectivity is not first.surface.mesh.connectivity
+    assert other.has_same_faces(first)
+
+
 def test_the_memory_limit_gives_up_the_oldest_steps():
     document = Document()
     layer = document.open(sphere(), Path("a.ply"))

@@ -196,6 +196,60 @@ def test_a_preview_shows_and_never_applies(user, ant):
     assert "PREVIEW" not in user.window.figures.text()
 
 
+def test_apply_takes_what_the_preview_has_found(user, ant):
+    user.drop(ant)
+    user.choose(TrapeziumDrawing, iterations=2)
+    user.do("preview")
+    previewed = user.display.subject.state
+    user.window.action("apply").trigger()
+    assert user.document.active.state is previewed
+    assert same_points(user.mesh, TrapeziumDrawing(iterations=2)(read_surface(ant)[0]))
+    assert not user.window.action("preview").isChecked()
+    user.wait()
+    assert "PREVIEW" not in user.window.figures.text()
+    assert len(user.document.history.steps) == 2
+    # Of other parameters, or another mesh, it is not the result.
+    user.do("preview")
+    user.choose(TrapeziumDrawing, iterations=3)
+    user.do("apply")
+    assert user.document.active.state is not previewed
+    expected = TrapeziumDrawing(iterations=3)(TrapeziumDrawing(iterations=2)(read_surface(ant)[0]))
+    assert same_points(user.mesh, expected)
+
+
+def test_apply_goes_on_with_a_preview_that_runs(user, big, monkeypatch):
+    user.drop(big)
+    user.choose(LaplacianSmoothing, iterations=60)
+    ran = []
+    execute = LaplacianSmoothing.execute
+    monkeypatch.setattr(LaplacianSmoothing, "execute", lambda *given: ran.append(1) or execute(*given))
+    user.window.action("preview").trigger()
+    user.qtbot.waitUntil(lambda: user.window.filters.progress.value() > 0, timeout=200_000)
+    assert user.jobs.busy("preview")
+    user.window.action("apply").trigger()
+    assert not user.jobs.busy("preview")
+    user.wait()
+    assert ran == [1]
+    assert len(user.document.history.steps) == 2
+    assert same_points(user.mesh, LaplacianSmoothing(iterations=60)(read_surface(big)[0]))
+
+
+def test_constraints_and_stop_rules_are_folded_and_say_what_is_changed(user):
+    panel = user.window.filters
+    user.choose(LaplacianSmoothing)
+    assert list(panel.sections) == ["constraints", "stop rules", "output"]
+    assert panel.rows["scheme"].isVisible()
+    assert not panel.rows["corrections"].isVisible()
+    panel.sections["constraints"].click()
+    assert panel.rows["corrections"].isVisible()
+    assert not panel.rows["stop_gain"].isVisible()
+    panel.set_values({"corrections": 2, "boundary": "sliding"})
+    assert panel.sections["constraints"].text() == "Constraints (2 changed)"
+    user.choose(TrapeziumDrawing)
+    assert panel.rows["corrections"].isVisible()
+    assert panel.sections["constraints"].text() == "Constraints"
+
+
 def test_reset_goes_back_to_the_default(user):
     user.choose(LaplacianSmoothing, iterations=33, scheme="taubin", max_deviation_fraction=0.01)
     panel = user.window.filters
@@ -473,6 +527,26 @@ def test_before_after_split_and_swipe(user, ant):
     assert np.abs(grabbed(user).astype(int) - after).max() <= 8
 
 
+def test_a_change_is_drawn_once_and_what_is_said_not_at_all(user, ant):
+    user.drop(ant)
+    view = user.window.view
+    user.qtbot.wait(100)
+    frames, size = view.frames, view.plotter.interactor.size()
+    user.do("edges")
+    user.qtbot.wait(100)
+    assert view.frames == frames + 1
+    user.window.notification.say("Something long to read. " * 40)
+    user.qtbot.wait(100)
+    assert user.window.notification.height() > 40
+    user.window.notification.hide()
+    user.qtbot.wait(100)
+    assert view.frames == frames + 1
+    user.do("overlay_none")
+    user.qtbot.wait(100)
+    assert view.frames == frames + 2
+    assert view.plotter.interactor.size() == size
+
+
 def test_the_swipe_line_is_dragged(user, ant):
     from PySide6.QtCore import QPoint, Qt
 
@@ -525,7 +599,7 @@ def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
     user.press(Qt.Key.Key_H)
     sheet = user.application._dialogs["cheat_sheet"]
     assert sheet.isVisible()
-    user.application.cheat_sheet()
+    user.qtbot.keyClick(sheet, Qt.Key.Key_H)
     assert not sheet.isVisible()
     # In VTK's own style 'w' is wireframe and 'q' ends the window.
     for key in (Qt.Key.Key_Q, Qt.Key.Key_R, Qt.Key.Key_3):
@@ -588,7 +662,7 @@ def test_what_is_set_is_remembered(user, ant, open_window):
     assert again.window.action("dark").isChecked()
     assert not again.window.action("edges").isChecked()
     assert again.window.palette().window().color().lightness() < 100
-    again.application.files._list_recent()
+    again.window.menus["File"].aboutToShow.emit()
     assert again.window.recent.actions()[0].text().endswith("ant.ply")
 
 
