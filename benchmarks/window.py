@@ -156,6 +156,16 @@ def measure(faces: int) -> list[tuple[str, str, str]]:
             window.action(command).trigger()
             wait()
         row("longest block: split, swipe, bad faces, undo, redo")
+        window.action("overlay_aspect_ratio").trigger()
+        wait()
+        watch.take()
+        for span in ((0.0, 0.5), (0.2, 0.9), (0.0, 1.0), None):
+            window.histogram.set_brush(span)
+            wait()
+        for command in ("papers_bins", "bands", "next_worst", "next_worst", "dark"):
+            window.action(command).trigger()
+            wait()
+        row("longest block: brush, bins of the papers, bands, next worst face, dark")
         reactions = []
         for _ in range(5):
             window.filters.choose(LaplacianSmoothing)

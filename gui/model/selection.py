@@ -23,11 +23,15 @@ def faces_as_mesh(state: State, faces: Faces) -> vtkPolyData:
     surface = state.surface
     if surface is None or not len(faces):
         return mesh
-    offsets = surface.mesh.offsets.astype(np.int64)
-    sizes = offsets[faces + 1] - offsets[faces]
-    starts = np.concatenate(([0], np.cumsum(sizes)))
-    inside = np.arange(starts[-1]) - np.repeat(starts[:-1], sizes)
-    corners = surface.mesh.connectivity[np.repeat(offsets[faces], sizes) + inside].astype(np.int64)
+    if surface.mesh.only_triangles:
+        corners = surface.mesh.connectivity.reshape(-1, 3)[faces].astype(np.int64).ravel()
+        starts = np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
+    else:
+        offsets = surface.mesh.offsets.astype(np.int64)
+        sizes = offsets[faces + 1] - offsets[faces]
+        starts = np.concatenate(([0], np.cumsum(sizes)))
+        inside = np.arange(starts[-1]) - np.repeat(starts[:-1], sizes)
+        corners = surface.mesh.connectivity[np.repeat(offsets[faces], sizes) + inside].astype(np.int64)
     cells = vtkCellArray()
     cells.SetData(numpy_to_vtkIdTypeArray(starts, deep=1), numpy_to_vtkIdTypeArray(corners, deep=1))
     mesh.SetPoints(state.mesh.GetPoints())

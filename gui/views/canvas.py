@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
 from pyvistaqt import QtInteractor
@@ -26,13 +28,19 @@ class Canvas(QtInteractor):
         if not self._painting:
             self.update()
 
-    def paintGL(self) -> None:  # noqa: N802
-        """Draw."""
+    @contextlib.contextmanager
+    def drawing(self) -> Iterator[None]:
+        """While this context is open, VTK draws when it is told to."""
         interactor = self.render_window.GetInteractor()
         self._painting = True
         interactor.EnableRenderOn()
         try:
-            super().paintGL()
+            yield
         finally:
             interactor.EnableRenderOff()
             self._painting = False
+
+    def paintGL(self) -> None:  # noqa: N802
+        """Draw."""
+        with self.drawing():
+            super().paintGL()

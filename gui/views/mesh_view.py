@@ -283,7 +283,7 @@ class MeshView(QWidget):
             first.AddViewProp(self._labels["before"])
         if split or swipe or (self._is_preview and not self.shows_before):
             after_renderer.AddViewProp(self._labels["after"])
-        self._labels["after"].SetPosition(0.98 if swipe else 0.02, 0.96)
+        self._labels["after"].SetPosition(0.98 if swipe else 0.02, 0.03)
         self._labels["after"].GetTextProperty().SetJustification(2 if swipe else 0)
         self.render_soon()
 
@@ -292,9 +292,8 @@ class MeshView(QWidget):
         label.SetInput(text)
         look = label.GetTextProperty()
         look.SetFontSize(round(15 * self.devicePixelRatioF()))
-        look.SetVerticalJustificationToTop()
         label.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-        label.SetPosition(0.02, 0.96)
+        label.SetPosition(0.02, 0.03)
         return label
 
     def _mark(self, name: str) -> _Surface:
@@ -458,7 +457,8 @@ class MeshView(QWidget):
         grab.SetScale(int(scale))
         grab.SetInputBufferTypeToRGBA()
         grab.ReadFrontBufferOff()
-        grab.Update()
+        with self.plotter.drawing():
+            grab.Update()
         for renderer, before in zip(self._renderers, gradient, strict=True):
             renderer.SetGradientBackground(before)
             renderer.SetBackgroundAlpha(1.0)

@@ -17,16 +17,17 @@ class Notification(QFrame):
 
     def __init__(self, view: QWidget) -> None:
         super().__init__(view)
+        self._view = view
         view.installEventFilter(self)
         self.label = QLabel(wordWrap=True)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         close = QToolButton(autoRaise=True)
         close.setText("✕")
         close.clicked.connect(self.hide)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(10, 4, 6, 4)
-        layout.addWidget(self.label, 1)
-        layout.addWidget(close)
+        self._line = QHBoxLayout(self)
+        self._line.setContentsMargins(10, 4, 6, 4)
+        self._line.addWidget(self.label, 1)
+        self._line.addWidget(close)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
         self.level = ""
@@ -58,5 +59,5 @@ class Notification(QFrame):
         return False
 
     def _place(self) -> None:
-        width = self.parentWidget().width()
-        self.setGeometry(0, 0, width, self.layout().totalHeightForWidth(width))
+        width = self._view.width()
+        self.setGeometry(0, 0, width, self._line.totalHeightForWidth(width))
