@@ -244,17 +244,17 @@ def test_apply_goes_on_with_a_preview_that_runs(user, ant, monkeypatch):
 def test_constraints_and_stop_rules_are_folded_and_say_what_is_changed(user):
     panel = user.window.filters
     user.choose(LaplacianSmoothing)
-    assert list(panel.sections) == ["constraints", "stop rules", "output"]
+    assert list(panel.form.sections) == ["constraints", "stop rules", "output"]
     assert panel.rows["scheme"].isVisible()
     assert not panel.rows["corrections"].isVisible()
-    panel.sections["constraints"].click()
+    panel.form.sections["constraints"].click()
     assert panel.rows["corrections"].isVisible()
     assert not panel.rows["stop_gain"].isVisible()
     panel.set_values({"corrections": 2, "boundary": "sliding"})
-    assert panel.sections["constraints"].text() == "Constraints (2 changed)"
+    assert panel.form.sections["constraints"].text() == "Constraints (2 changed)"
     user.choose(TrapeziumDrawing)
     assert panel.rows["corrections"].isVisible()
-    assert panel.sections["constraints"].text() == "Constraints"
+    assert panel.form.sections["constraints"].text() == "Constraints"
 
 
 def test_reset_goes_back_to_the_default(user):
