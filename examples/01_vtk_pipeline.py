@@ -1,8 +1,14 @@
-"""Trapezium Drawing in a pure VTK pipeline.
+"""
+A pure VTK pipeline
+===================
+
+Trapezium Drawing between native VTK filters.
 
 An isosurface (native filters) has slivers; TrapeziumDrawing improves them, SurfaceQuality measures every
 face, and another native filter takes the faces that are still poor. Observers show progress and errors,
 as with any VTK filter.
+
+::
 
     python examples/01_vtk_pipeline.py
 """

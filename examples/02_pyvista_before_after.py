@@ -1,10 +1,15 @@
-"""Trapezium Drawing from PyVista, with a picture of before and after.
+"""
+Before and after, from PyVista
+==============================
+
+Trapezium Drawing from PyVista, with a picture of before and after.
 
 PyVista finds the accessor ``mesh.vtksmooth`` by itself when the package is installed.
 
-    python examples/02_pyvista_before_after.py                     writes before_after.png
-    python examples/02_pyvista_before_after.py --output FILE.png   writes another file
-    python examples/02_pyvista_before_after.py --show              opens a window
+::
+
+    python examples/02_pyvista_before_after.py                     opens a window
+    python examples/02_pyvista_before_after.py --output FILE.png   writes a picture
 """
 
 from __future__ import annotations
@@ -17,8 +22,7 @@ import pyvista as pv
 from pyvista import examples
 
 parser = argparse.ArgumentParser(description="Smooth PyVista's ant and draw it before and after.")
-parser.add_argument("--show", action="store_true", help="open a window instead of writing a picture")
-parser.add_argument("--output", type=Path, default=Path("before_after.png"), help="picture to write")
+parser.add_argument("--output", type=Path, help="picture to write instead of opening a window")
 options = parser.parse_args()
 
 mesh = pv.read(examples.antfile)
@@ -29,7 +33,7 @@ result = mesh.vtksmooth.trapezium_drawing(iterations=5, max_deviation_fraction=0
 compared = result.vtksmooth.surface_comparison(mesh)  # adds AspectRatio, NormalDeviation, Displacement ...
 measured = mesh.vtksmooth.surface_quality()
 
-plotter = pv.Plotter(shape=(1, 2), off_screen=not options.show, window_size=[1400, 700])
+plotter = pv.Plotter(shape=(1, 2), off_screen=True if options.output else None, window_size=[1400, 700])
 for column, (state, title) in enumerate([(measured, "before"), (compared, "after 5 iterations")]):
     plotter.subplot(0, column)
     plotter.add_mesh(
@@ -39,11 +43,7 @@ for column, (state, title) in enumerate([(measured, "before"), (compared, "after
 plotter.link_views()
 plotter.view_xz()
 plotter.camera.zoom(1.3)
-if options.show:
-    plotter.show()
-else:
-    plotter.screenshot(options.output)
-    print(f"wrote {options.output}")
+plotter.show(screenshot=options.output)
 
 mean = [state["AspectRatio"].mean() for state in (measured, compared)]
 print(f"mean k {mean[0]:.3f} -> {mean[1]:.3f}")

@@ -1,4 +1,8 @@
-"""Smooth all meshes of a folder; a broken file is reported and does not stop the rest.
+"""
+A folder of meshes
+==================
+
+Smooth all meshes of a folder; a broken file is reported and does not stop the rest.
 
     python examples/03_batch_folder.py FOLDER [--output FOLDER] [--iterations N]
     python examples/03_batch_folder.py             makes a folder of samples, one of them broken

@@ -1,8 +1,14 @@
-"""A voxel skin in, a surface that fits its installation space out: a pure VTK pipeline.
+"""
+From a voxel skin to a surface that fits, in VTK
+================================================
+
+A voxel skin in, a surface that fits its installation space out: a pure VTK pipeline.
 
 A flow volume made of cells, open at inlet and outlet, lies in an installation space. The pipeline splits
 its polygons, tells clean parts from noisy, smooths the noisy ones along the flow without changing the
 volume or leaving the space, and checks the result independently.
+
+::
 
     python examples/05_installation_space.py
 """

@@ -1,7 +1,8 @@
 """``mesh.vtksmooth``: the filters as methods of ``pyvista.PolyData``.
 
 PyVista finds the accessor by itself when the package is installed. The methods are made from the
-filters' parameter declarations.
+filters' parameter declarations; so is ``accessor.pyi``, which type checkers and editors read, by
+``python -m vtksmooth.accessor_stub``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,102 @@ import pyvista as pv
 from pyvista.core.utilities.observers import ProgressMonitor
 
 from .filters import FILTERS, Filter
+
+#: What the meshes are that methods take besides their own.
+_MESHES = {
+    "original": "The mesh from before, with the same points and faces.",
+    "installation": "The installation space, its normals outwards.",
+}
+
+#: An example for each method; they follow on ``import pyvista as pv``.
+_EXAMPLES = {
+    "surface_quality": """
+>>> ant = pv.read(pv.examples.antfile)
+>>> k = ant.vtksmooth.surface_quality()["AspectRatio"]
+>>> len(k) == ant.n_cells, bool(k.max() <= 1.0)
+(True, True)
+""",
+    "surface_comparison": """
+>>> ant = pv.read(pv.examples.antfile)
+>>> better = ant.vtksmooth.trapezium_drawing(max_deviation_fraction=0.001)
+>>> difference = better.vtksmooth.surface_comparison(ant)
+>>> bool(difference["Deviation"].max() <= 0.001001 * ant.length)
+True
+""",
+    "feature_detection": """
+>>> cylinder = pv.Cylinder(resolution=36).triangulate().clean()
+>>> found, lines = cylinder.vtksmooth.feature_detection(return_lines=True)
+>>> int((found["FeatureClass"] == 1).sum()), lines.n_lines
+(72, 2)
+""",
+    "trapezium_drawing": """
+>>> ant = pv.read(pv.examples.antfile)
+>>> better = ant.vtksmooth.trapezium_drawing(iterations=5)
+>>> before = ant.vtksmooth.surface_quality()["AspectRatio"].min()
+>>> after = better.vtksmooth.surface_comparison(ant)["AspectRatio"].min()
+>>> bool(after >= before)
+True
+""",
+    "laplacian_smoothing": """
+>>> sphere = pv.Sphere()
+>>> sphere.vtksmooth.laplacian_smoothing(iterations=20).volume < 0.8 * sphere.volume
+True
+>>> taubin = sphere.vtksmooth.laplacian_smoothing(iterations=20, scheme="taubin")
+>>> abs(taubin.volume / sphere.volume - 1.0) < 0.02
+True
+""",
+    "angle_based_smoothing": """
+>>> disk = pv.Disc(r_res=4, c_res=12).triangulate()
+>>> better = disk.vtksmooth.angle_based_smoothing(weighted=True, gate="aspect")
+>>> better.n_points == disk.n_points
+True
+""",
+    "back_to_surface_smoothing": """
+>>> ant = pv.read(pv.examples.antfile)
+>>> better = ant.vtksmooth.back_to_surface_smoothing(iterations=3)
+>>> distances = better.vtksmooth.surface_comparison(ant)["Deviation"]
+>>> bool(distances.max() < 1e-6 * ant.length)
+True
+""",
+    "equilateral_smoothing": """
+>>> nut = pv.read(pv.examples.nutfile)
+>>> better = nut.vtksmooth.equilateral_smoothing(iterations=10)
+>>> mean = [mesh.vtksmooth.surface_quality()["AspectRatio"].mean() for mesh in (nut, better)]
+>>> bool(mean[1] > mean[0])
+True
+""",
+    "null_space_smoothing": """
+>>> nut = pv.read(pv.examples.nutfile)
+>>> better = nut.vtksmooth.null_space_smoothing(iterations=50, output_points_precision="double")
+>>> abs(better.volume / nut.volume - 1.0) < 1e-12
+True
+""",
+    "valence_triangulation": """
+>>> plane = pv.Plane(i_resolution=4, j_resolution=4)
+>>> triangles = plane.vtksmooth.valence_triangulation()
+>>> triangles.n_cells, triangles.is_all_triangles
+(32, True)
+""",
+    "installation_space_regions": """
+>>> space, part = pv.Cube(), pv.Cube(x_length=0.5)
+>>> bool(part.vtksmooth.installation_space_regions(space)["Fixed"].all())
+True
+""",
+    "installation_space_smoothing": """
+>>> from vtksmooth import samples
+>>> skin, space = samples.channel()
+>>> smooth = skin.vtksmooth.installation_space_smoothing(space, iterations=3, flow="Flow")
+>>> check = smooth.vtksmooth.containment_check(space)
+>>> int(check.field_data["VerticesOutside"][0]), int(check.field_data["TrianglesCrossing"][0])
+(0, 0)
+""",
+    "containment_check": """
+>>> space, part = pv.Cube(), pv.Cube(x_length=0.5, y_length=0.5, z_length=1.5)
+>>> check = part.vtksmooth.containment_check(space)
+>>> float(check["SignedDistance"].max()), int(check.field_data["TrianglesCrossing"][0])
+(0.25, 8)
+""",
+}
 
 
 def method_name(cls: type[Filter]) -> str:
@@ -48,23 +145,48 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
 
     kind = inspect.Parameter
     method.__name__, method.__qualname__ = name, f"VtksmoothAccessor.{name}"
-    # The filter's example shows the filter; this class shows the method.
-    method.__doc__ = (cls.__doc__ or "").partition("    Examples\n")[0].rstrip() + "\n"
+    method.__doc__ = _documentation(cls)
     method.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [
             kind("self", kind.POSITIONAL_OR_KEYWORD),
-            *(kind(other, kind.POSITIONAL_OR_KEYWORD) for other in others),
+            *(kind(other, kind.POSITIONAL_OR_KEYWORD, annotation="pv.PolyData") for other in others),
             *(
-                kind(p.name, kind.KEYWORD_ONLY, default=p.default, annotation=p.type)
+                kind(p.name, kind.KEYWORD_ONLY, default=p.default, annotation=p.annotation)
                 for p in cls.parameters().values()
             ),
-            *(kind(name, kind.KEYWORD_ONLY, default=False, annotation=bool) for name in further),
-            kind("inplace", kind.KEYWORD_ONLY, default=False, annotation=bool),
-            kind("progress_bar", kind.KEYWORD_ONLY, default=False, annotation=bool),
+            *(
+                kind(name, kind.KEYWORD_ONLY, default=False, annotation="bool")
+                for name in (*further, "inplace", "progress_bar")
+            ),
         ],
-        return_annotation=pv.PolyData,
+        return_annotation="pv.PolyData",
     )
     return method
+
+
+def _documentation(cls: type[Filter]) -> str:
+    """Return the method's documentation: the filter's, with the method's own parameters and example."""
+    text, *parts = re.split(r"\n\n(\w+)\n-+\n", inspect.cleandoc(cls.__doc__ or ""))
+    sections = dict(zip(parts[::2], parts[1::2], strict=True))
+    parameters = [f"{name} : pyvista.PolyData\n    {_MESHES[name]}" for name in cls.inputs[1:]]
+    parameters += [sections["Parameters"]] if "Parameters" in sections else []
+    returned = "The result; figures are in its field data."
+    for output in cls.outputs[1:]:
+        parameters.append(
+            f"return_{output} : bool, default False\n    Return a tuple of the mesh and the {output}."
+        )
+        returned += f" With ``return_{output}`` a tuple of it and the {output}."
+    parameters += [
+        "inplace : bool, default False\n    Change the mesh itself and return it.",
+        "progress_bar : bool, default False\n    Show progress.",
+    ]
+    shown = {
+        "Parameters": "\n".join(parameters),
+        "Returns": f"pyvista.PolyData\n    {returned}",
+        "Guarantees": sections.get("Guarantees"),
+        "Examples": f">>> import pyvista as pv{_EXAMPLES[method_name(cls)].rstrip()}",
+    }
+    return text + "".join(f"\n\n{name}\n{'-' * len(name)}\n{body}" for name, body in shown.items() if body)
 
 
 def _apply(
@@ -92,6 +214,9 @@ class VtksmoothAccessor:
     filter makes beside the mesh is returned on demand (``return_lines=True``), all in a tuple.
     What a filter reports is in the result's field data; a mesh that cannot be worked on raises
     :class:`~vtksmooth.errors.InvalidMeshError`.
+
+    To type checkers ``mesh.vtksmooth`` is anything, as PyVista has it. ``VtksmoothAccessor(mesh)`` is the
+    same with types.
 
     Examples
     --------

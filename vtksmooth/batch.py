@@ -178,7 +178,7 @@ def run(
     recipe : Recipe
     job : Job
     inputs : mapping of str or Path to vtkPolyData, optional
-        The meshes of roles and files, as :meth:`~vtksmooth.recipe.Recipe.results` takes them.
+        The meshes of roles and files, as :meth:`~vtksmooth.Recipe.results` takes them.
     apply : callable
         Called with each filter and its inputs, to run it.
 

@@ -47,7 +47,7 @@ def check_writable(path: str | os.PathLike[str], lines: bool = False) -> None:
     Raises
     ------
     MeshFileError
-        The extension is not one of :data:`WRITABLE` (of :data:`HOLDING_LINES`); or see
+        The extension is not one of :data:`WRITABLE` (of ``HOLDING_LINES``); or see
         :func:`check_place`.
     """
     path = Path(path).expanduser()

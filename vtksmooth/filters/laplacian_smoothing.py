@@ -37,8 +37,8 @@ Float64 = npt.NDArray[np.float64]
 class LaplacianSmoothing(SmoothingFilter):
     """Move every vertex towards a weighted mean of its one-ring or of the faces round it.
 
-    Umbrella: equal weights. Scale-dependent: 1/|e| (Fujiwara). Cotangent: Desbrun et al., negative
-    weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: lambda|mu, which
+    Umbrella: equal weights. Scale-dependent: ``1/|e|`` (Fujiwara). Cotangent: Desbrun et al., negative
+    weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: ``lambda|mu``, which
     does not shrink. Area-weighted and angle-weighted: the centroids of the faces round the vertex; odt: their
     circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an edge at once,
     so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With

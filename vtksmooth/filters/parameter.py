@@ -2,7 +2,7 @@
 
 A filter declares each parameter as a class attribute. From that declaration come the VTK setters and
 getters, the snake_case property, the constructor's keyword, the range check, the command line's option,
-the accessor's keyword and the documentation.
+the accessor's keyword with its type, and the documentation.
 """
 
 from __future__ import annotations
@@ -111,6 +111,18 @@ class Parameter:
     def type_name(self) -> str:
         """Name of the type: int, float, bool or str."""
         return str(getattr(self.type, "__name__", self.type))
+
+    @property
+    def annotation(self) -> str:
+        """The values allowed, as a type checker reads it."""
+        automatic = [AUTO] if self.automatic else []
+        if self.choices:
+            literals, words = [*self.choices, *self.codes, *automatic], []
+        else:
+            literals, words = automatic, [self.type_name]
+        if literals:
+            words.append(f"Literal[{', '.join(map(repr, literals))}]")
+        return " | ".join([*words, *(["None"] if self.optional else [])])
 
     @property
     def range(self) -> str:

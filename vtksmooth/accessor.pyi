@@ -1,0 +1,1235 @@
+"""Made by ``python -m vtksmooth.accessor_stub`` from the filters' declarations; do not edit."""
+
+from typing import Literal, overload
+
+import pyvista as pv
+
+from .filters import Filter
+
+def method_name(cls: type[Filter]) -> str:
+    """Return the name of a filter's method: TrapeziumDrawing becomes trapezium_drawing."""
+
+class VtksmoothAccessor:
+    """The filters of vtksmooth on a mesh: ``mesh.vtksmooth.trapezium_drawing(iterations=5)``.
+
+    Each method takes the filter's parameters as keywords and returns a new ``pyvista.PolyData``
+    (``inplace=True``: changes the mesh and returns it; ``progress_bar=True``: shows progress). What a
+    filter makes beside the mesh is returned on demand (``return_lines=True``), all in a tuple.
+    What a filter reports is in the result's field data; a mesh that cannot be worked on raises
+    :class:`~vtksmooth.errors.InvalidMeshError`.
+
+    To type checkers ``mesh.vtksmooth`` is anything, as PyVista has it. ``VtksmoothAccessor(mesh)`` is the
+    same with types.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> ant = pv.read(pv.examples.antfile)
+    >>> better = ant.vtksmooth.trapezium_drawing(iterations=5)
+    >>> better.n_points == ant.n_points
+    True
+    """
+
+    def __init__(self, mesh: pv.PolyData) -> None: ...
+
+    def surface_quality(
+        self,
+        *,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Add the cell array ``AspectRatio``: k of every face, signed (Semenova et al., sections 2.1, 3.1).
+
+        1 for the equilateral triangle, the square and regular polygons, 0 for degenerate faces, negative
+        for faces turned against the surface round them (the sum of their vertices' area-weighted normals).
+        Cells that are no faces (verts, lines) have 1 and do not enter the summary.
+
+        Parameters
+        ----------
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> ant = pv.read(pv.examples.antfile)
+        >>> k = ant.vtksmooth.surface_quality()["AspectRatio"]
+        >>> len(k) == ant.n_cells, bool(k.max() <= 1.0)
+        (True, True)
+        """
+
+    def surface_comparison(
+        self,
+        original: pv.PolyData,
+        *,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Measure a result against its original (Semenova et al., section 4).
+
+        Adds to the result the point arrays ``NormalDeviation`` (angle between vertex normals, degrees),
+        ``DihedralChange`` (largest change of the signed dihedral angle of the edges at the point, degrees),
+        ``Displacement`` (vector) and ``Deviation`` (distance to the original surface), and the cell array
+        ``AspectRatio``, signed against the original's directions. Both meshes must have the same points and
+        faces.
+
+        Parameters
+        ----------
+        original : pyvista.PolyData
+            The mesh from before, with the same points and faces.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> ant = pv.read(pv.examples.antfile)
+        >>> better = ant.vtksmooth.trapezium_drawing(max_deviation_fraction=0.001)
+        >>> difference = better.vtksmooth.surface_comparison(ant)
+        >>> bool(difference["Deviation"].max() <= 0.001001 * ant.length)
+        True
+        """
+
+    @overload
+    def feature_detection(
+        self,
+        *,
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        weight: Literal['area', 'angle'] = 'area',
+        denoise: bool = True,
+        eigenvalue_ratios: bool = False,
+        return_lines: Literal[False] = False,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Find the vertices on ridges, at corners and at cusps, and the ridge lines (Jiao, section 4).
+
+        Adds to the mesh the point arrays ``FeatureClass`` (uint8: 0 smooth, 1 ridge, 2 corner, 3 cusp) and
+        ``RidgeNeighbours`` (int32, two components: the neighbours along the ridge, -1 where there is none). The
+        second output, ``lines``, holds the ridge lines as polylines from corner to corner or round closed
+        loops, with the cell arrays ``LineClass`` (uint8: 0 ridge, 1 boundary, 2 non-manifold) and ``Length``,
+        and the point arrays ``PointIds`` (the points' numbers in the mesh) and ``FeatureClass``. Boundary and
+        non-manifold edges are ridges. Smoothing filters can hold these features or slide along them.
+
+        Parameters
+        ----------
+        ridge_angle : float, default 'auto'
+            Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        weight : {'area', 'angle'}, default 'area'
+            What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
+        denoise : bool, default True
+            Filter the faces' normals first, as far as the mesh's own noise asks.
+        eigenvalue_ratios : bool, default False
+            Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.
+        return_lines : bool, default False
+            Return a tuple of the mesh and the lines.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data. With ``return_lines`` a tuple of it and the lines.
+
+        Guarantees
+        ----------
+        The result does not depend on the number of threads; turning, moving and scaling the mesh change it
+        only where an angle equals a threshold to rounding. On clean polyhedra with ridges above the ridge
+        angle every vertex gets its class, every edge is found, and none is found that is not there.
+
+        Not guaranteed: that noise is told from features as small as the noise.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> cylinder = pv.Cylinder(resolution=36).triangulate().clean()
+        >>> found, lines = cylinder.vtksmooth.feature_detection(return_lines=True)
+        >>> int((found["FeatureClass"] == 1).sum()), lines.n_lines
+        (72, 2)
+        """
+
+    @overload
+    def feature_detection(
+        self,
+        *,
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        weight: Literal['area', 'angle'] = 'area',
+        denoise: bool = True,
+        eigenvalue_ratios: bool = False,
+        return_lines: Literal[True],
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> tuple[pv.PolyData, pv.PolyData]:
+        """Find the vertices on ridges, at corners and at cusps, and the ridge lines (Jiao, section 4).
+
+        Adds to the mesh the point arrays ``FeatureClass`` (uint8: 0 smooth, 1 ridge, 2 corner, 3 cusp) and
+        ``RidgeNeighbours`` (int32, two components: the neighbours along the ridge, -1 where there is none). The
+        second output, ``lines``, holds the ridge lines as polylines from corner to corner or round closed
+        loops, with the cell arrays ``LineClass`` (uint8: 0 ridge, 1 boundary, 2 non-manifold) and ``Length``,
+        and the point arrays ``PointIds`` (the points' numbers in the mesh) and ``FeatureClass``. Boundary and
+        non-manifold edges are ridges. Smoothing filters can hold these features or slide along them.
+
+        Parameters
+        ----------
+        ridge_angle : float, default 'auto'
+            Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        weight : {'area', 'angle'}, default 'area'
+            What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
+        denoise : bool, default True
+            Filter the faces' normals first, as far as the mesh's own noise asks.
+        eigenvalue_ratios : bool, default False
+            Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.
+        return_lines : bool, default False
+            Return a tuple of the mesh and the lines.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data. With ``return_lines`` a tuple of it and the lines.
+
+        Guarantees
+        ----------
+        The result does not depend on the number of threads; turning, moving and scaling the mesh change it
+        only where an angle equals a threshold to rounding. On clean polyhedra with ridges above the ridge
+        angle every vertex gets its class, every edge is found, and none is found that is not there.
+
+        Not guaranteed: that noise is told from features as small as the noise.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> cylinder = pv.Cylinder(resolution=36).triangulate().clean()
+        >>> found, lines = cylinder.vtksmooth.feature_detection(return_lines=True)
+        >>> int((found["FeatureClass"] == 1).sum()), lines.n_lines
+        (72, 2)
+        """
+
+    def trapezium_drawing(
+        self,
+        *,
+        iterations: int = 5,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'ignore',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'aspect',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Improve the worst elements round every vertex, staying close to the surface that the mesh means.
+
+        Each neighbour of a vertex, with the neighbour across, asks for the point on a parallel to the line
+        between the two where a triangle with them is isosceles; the vertex goes to the mean of these points
+        if that improves the worst element round it. Source: I. B. Semenova, V. V. Savchenko, I. Hagiwara,
+        "Improvement of Triangular and Quadrilateral Surface Meshes", sections 2 and 3.
+
+        Parameters
+        ----------
+        iterations : int, default 5
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'ignore'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'aspect'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        With ``gate="aspect"``, before the output's points are rounded to single precision: no iteration
+        lowers the smallest k of the mesh or makes more faces inverted, both against the input's directions.
+        Fixed points keep their bits. Topology is the input's. The result does not depend on the number of
+        threads.
+
+        Not guaranteed: the *mean* of k; nor k of a ring whose own vertex did not move.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> ant = pv.read(pv.examples.antfile)
+        >>> better = ant.vtksmooth.trapezium_drawing(iterations=5)
+        >>> before = ant.vtksmooth.surface_quality()["AspectRatio"].min()
+        >>> after = better.vtksmooth.surface_comparison(ant)["AspectRatio"].min()
+        >>> bool(after >= before)
+        True
+        """
+
+    def laplacian_smoothing(
+        self,
+        *,
+        iterations: int = 10,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'ignore',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'] = 'umbrella',
+        weights: Literal['umbrella', 'scale-dependent', 'cotangent'] = 'umbrella',
+        flow: str | None = None,
+        flow_weight: float = 3.0,
+        relaxation_factor: float = 0.5,
+        implicit_step: float | None = None,
+        pass_band: float = 0.1,
+        tangent_plane: bool = False,
+        back_to_surface: bool = False,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Move every vertex towards a weighted mean of its one-ring or of the faces round it.
+
+        Umbrella: equal weights. Scale-dependent: ``1/|e|`` (Fujiwara). Cotangent: Desbrun et al., negative
+        weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: ``lambda|mu``, which
+        does not shrink. Area-weighted and angle-weighted: the centroids of the faces round the vertex; odt: their
+        circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an edge at once,
+        so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With
+        a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the
+        edge in the tangent plane. With an implicit step each iteration solves one sparse system, which is as good
+        as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and without a flow, and
+        with every constraint that these have.
+
+        Parameters
+        ----------
+        iterations : int, default 10
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'ignore'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'umbrella'
+            Which weights.
+        weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
+            Weights of the schemes thin-plate, taubin and pairwise.
+        flow : str, default None
+            Array of vectors along which to smooth more than across.
+        flow_weight : float, default 3.0
+            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more.
+        relaxation_factor : float, default 0.5
+            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1.
+        implicit_step : float, default None
+            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off).
+        pass_band : float, default 0.1
+            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9.
+        tangent_plane : bool, default False
+            Move vertices only across the surface, not off it.
+        back_to_surface : bool, default False
+            Put every vertex back on the original surface.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Fixed points and, unless it slides, the boundary keep their bits. The pairwise scheme keeps the volume (of
+        open meshes: the volume swept is 0) to 1e-14 of it in each iteration; what moves only one vertex does
+        not combine with it: gates, tangent plane, back to surface, deviation bound, sliding boundary. The flow's
+        size and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
+        of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
+        With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
+        shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> sphere = pv.Sphere()
+        >>> sphere.vtksmooth.laplacian_smoothing(iterations=20).volume < 0.8 * sphere.volume
+        True
+        >>> taubin = sphere.vtksmooth.laplacian_smoothing(iterations=20, scheme="taubin")
+        >>> abs(taubin.volume / sphere.volume - 1.0) < 0.02
+        True
+        """
+
+    def angle_based_smoothing(
+        self,
+        *,
+        iterations: int = 10,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'ignore',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        weighted: bool = False,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Turn each spoke onto the bisector of the angle at its outer end, in the tangent plane.
+
+        Plain: T. Zhou, K. Shimada, "An Angle-Based Approach to Two-Dimensional Mesh Smoothing" (2000).
+        Weighted with 1/angle^2: V. Surazhsky, C. Gotsman, "High Quality Compatible Triangulations" (2002).
+
+        Parameters
+        ----------
+        iterations : int, default 10
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'ignore'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        weighted : bool, default False
+            Weigh each neighbour with 1/angle^2, so that small angles count more.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Fixed points and, unless it slides, the boundary keep their bits. With ``gate="aspect"`` what
+        TrapeziumDrawing guarantees; without a gate elements may invert.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> disk = pv.Disc(r_res=4, c_res=12).triangulate()
+        >>> better = disk.vtksmooth.angle_based_smoothing(weighted=True, gate="aspect")
+        >>> better.n_points == disk.n_points
+        True
+        """
+
+    def back_to_surface_smoothing(
+        self,
+        *,
+        iterations: int = 10,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'ignore',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'angle',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        relaxation_factor: float = 1.0,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Keep vertices on the original *discrete* surface while improving the smallest angles.
+
+        The "BDS" that Semenova et al. compare with (section 5.2): the mean of the one-ring in the tangent
+        plane, put back to the closest point of the original mesh, accepted if the smallest angle grows.
+
+        Parameters
+        ----------
+        iterations : int, default 10
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'ignore'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'angle'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        relaxation_factor : float, default 1.0
+            Part of the proposed step that is taken. Allowed: from 0 to 1.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Every vertex that moved lies on the original mesh (to rounding). Fixed points and, unless it slides,
+        the boundary keep their bits.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> ant = pv.read(pv.examples.antfile)
+        >>> better = ant.vtksmooth.back_to_surface_smoothing(iterations=3)
+        >>> distances = better.vtksmooth.surface_comparison(ant)["Deviation"]
+        >>> bool(distances.max() < 1e-6 * ant.length)
+        True
+        """
+
+    def equilateral_smoothing(
+        self,
+        *,
+        iterations: int = 50,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'sliding',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'slide',
+        ridge_angle: float | Literal['auto'] = 40.0,
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = 40.0,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'floor',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        relaxation_factor: float = 1.0,
+        tangent_plane: bool = True,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Make elements as regular as their connectivity allows, on the surface as it is.
+
+        Each face of a vertex asks for the apex that would make it equilateral (a polygon: its corner regular);
+        the vertex takes the tangential part of the mean. Points on ridges and boundaries slide along them,
+        corners stay, creases stay creases. A point moves only where no element becomes worse that is not good
+        enough anyway, and then if the worst or the mean gains: see ``gate="floor"``.
+
+        Parameters
+        ----------
+        iterations : int, default 50
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'sliding'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'slide'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 40.0
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default 40.0
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'floor'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        relaxation_factor : float, default 1.0
+            Part of the proposed step that is taken. Allowed: from 0 to 1.
+        tangent_plane : bool, default True
+            Move vertices only across the surface, not off it.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        With the default gate, before the output's points are rounded to single precision: no iteration makes
+        more faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below
+        that, at all; both against the input's directions. Edges with a dihedral angle above ``crease_angle``
+        stay above it. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
+        keep their bits. Fixed points keep their bits. Topology is the input's. The result does not depend on
+        the number of threads.
+
+        Not guaranteed: a bound of the deviation (set ``max_deviation_fraction``); curved ridges and boundaries
+        change by what sliding parallel to the chord of the neighbours makes.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> nut = pv.read(pv.examples.nutfile)
+        >>> better = nut.vtksmooth.equilateral_smoothing(iterations=10)
+        >>> mean = [mesh.vtksmooth.surface_quality()["AspectRatio"].mean() for mesh in (nut, better)]
+        >>> bool(mean[1] > mean[0])
+        True
+        """
+
+    def null_space_smoothing(
+        self,
+        *,
+        iterations: int = 10,
+        fixed: str | None = 'Fixed',
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'slide',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = True,
+        corrections: int = 2,
+        preserve_volume: bool = True,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'equilateral', 'trapezium-drawing', 'angle-based', 'weighted-angle-based'] = 'umbrella',
+        relaxation_factor: float = 0.5,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Redistribute the points of a surface that is to stay as it is: for simulations that smooth every step.
+
+        A scheme proposes; of its step smooth points keep what lies in their tangent plane, ridge points move
+        along the ridge, corners stay. The volume that this sweeps is given back round every point along the
+        surface's direction there, in a few corrections, and the rest by an equal step of all points. Source:
+        X. Jiao, "Volume and Feature Preservation in Surface Mesh Optimization", sections 2 to 4.
+
+        Parameters
+        ----------
+        iterations : int, default 10
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default 'Fixed'
+            Point array that is nonzero at points that must not move; absent, none is held.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'slide'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default True
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 2
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default True
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'equilateral', 'trapezium-drawing', 'angle-based', 'weighted-angle-based'}, default 'umbrella'
+            Which steps are proposed.
+        relaxation_factor : float, default 0.5
+            Part of the proposed step that is taken, by schemes that have one. Allowed: from 0 to 1.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        With ``preserve_volume``: the volume of every closed body is that of the input to rounding, after any
+        number of iterations; what open surfaces sweep is 0 to rounding. A pass that cannot close the volume
+        of a body leaves it where it was. No iteration inverts a face that is not inverted already, against the
+        input's directions. Fixed points keep their bits. On polyhedra flat faces stay flat, straight ridges
+        straight, and corners where they were, to rounding. All before the output's points are rounded to single
+        precision. Topology is the input's. The result does not depend on the number of threads.
+
+        Not guaranteed: that elements become better (``gate="aspect"`` does that); with a gate, which moves
+        points one after another, the volume of closed bodies is kept at every move, up to its rounding.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> nut = pv.read(pv.examples.nutfile)
+        >>> better = nut.vtksmooth.null_space_smoothing(iterations=50, output_points_precision="double")
+        >>> abs(better.volume / nut.volume - 1.0) < 1e-12
+        True
+        """
+
+    def valence_triangulation(
+        self,
+        *,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Split polygons into triangles so that vertices have about six neighbours.
+
+        Smoothing works evenly where valences are even. All points stay, with their data; the triangles take
+        the data of their polygons' cells. Verts and lines pass; faces with fewer than three corners go.
+        Adds the cell array ``OriginalCell`` (int64): the number of the cell that each cell was or is part of.
+        Source: paper B, section 4.1.
+
+        Parameters
+        ----------
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Triangles stay as they are. No triangle of a polygon with an area is degenerate or turned against the
+        polygon, concave polygons included. The result does not depend on the pose, nor on anything but the
+        order of the cells and their corners where choices are equal.
+
+        Not guaranteed: a valence of six. Polygons that cross themselves are refused.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> plane = pv.Plane(i_resolution=4, j_resolution=4)
+        >>> triangles = plane.vtksmooth.valence_triangulation()
+        >>> triangles.n_cells, triangles.is_all_triangles
+        (32, True)
+        """
+
+    def installation_space_regions(
+        self,
+        installation: pv.PolyData,
+        *,
+        contact_fraction: float = 1e-06,
+        blend_rings: int = 3,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Tell the clean parts of a flow volume's skin, which lie on the installation space, from the noisy.
+
+        Adds the point arrays ``Fixed`` (uint8: 1 on the installation space) and ``BlendWeight`` (float64: 1 at
+        free points, falling to 0 within some rings of fixed points), which keeps a ridge from forming where
+        clean meets noisy. Source: paper B, section 4.2.
+
+        Parameters
+        ----------
+        installation : pyvista.PolyData
+            The installation space, its normals outwards.
+        contact_fraction : float, default 1e-06
+            Points no farther from the installation space than this part of its diagonal are fixed. Allowed: 0 diagonals or more.
+        blend_rings : int, default 3
+            Rings of fixed points over which the weight falls from 1 to 0. Allowed: 0 or more.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Points, cells and their data stay. A weight is 1 at every free point and 0 at every fixed point that is
+        more than ``blend_rings`` edges from the nearest free one.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> space, part = pv.Cube(), pv.Cube(x_length=0.5)
+        >>> bool(part.vtksmooth.installation_space_regions(space)["Fixed"].all())
+        True
+        """
+
+    def installation_space_smoothing(
+        self,
+        installation: pv.PolyData,
+        *,
+        iterations: int = 20,
+        fixed: str | None = None,
+        max_displacement: str | None = 'SmoothingConstraints',
+        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary_corner_angle: float = 30.0,
+        features: Literal['ignore', 'hold', 'slide'] = 'ignore',
+        ridge_angle: float | Literal['auto'] = 'auto',
+        corner_angle: float | Literal['auto'] = 'auto',
+        crease_angle: float | None = None,
+        gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
+        gate_floor: float = 0.6,
+        max_deviation_fraction: float | None = None,
+        null_space: bool = False,
+        corrections: int = 0,
+        preserve_volume: bool = False,
+        stop_normal_deviation: float | None = None,
+        stop_dihedral_change: float | None = None,
+        stop_deviation_fraction: float | None = None,
+        stop_volume_percent: float | None = None,
+        stop_gain: float | None = None,
+        stop_statistic: Literal['max', 'mean'] = 'max',
+        output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
+        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'] = 'pairwise',
+        weights: Literal['umbrella', 'scale-dependent', 'cotangent'] = 'umbrella',
+        flow: str | None = None,
+        flow_weight: float = 3.0,
+        relaxation_factor: float = 1.0,
+        implicit_step: float | None = None,
+        pass_band: float = 0.1,
+        tangent_plane: bool = False,
+        back_to_surface: bool = False,
+        curvature_radius: float | Literal['auto'] | None = 'auto',
+        curvature_ramp: float = 0.0,
+        contact_fraction: float = 1e-06,
+        blend_rings: int = 3,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Smooth the skin of a flow volume inside its installation space, without changing its volume.
+
+        The chain of the installation-space paper: polygons become triangles with valences near six; parts
+        that lie on the space's surface are clean and stay, with a blend to the noisy parts; then sweeps,
+        along the flow if there is one, bounded by curvature, with the volume kept by every operation and nothing
+        leaving the space; then a count of what is outside. The output has the input's points in the input's
+        order, triangles, and the point arrays ``Fixed`` and ``BlendWeight``.
+
+        Parameters
+        ----------
+        installation : pyvista.PolyData
+            The installation space, its normals outwards.
+        iterations : int, default 20
+            Most iterations to do. Allowed: 0 or more.
+        fixed : str, default None
+            Point array that is nonzero at points that must not move.
+        max_displacement : str, default 'SmoothingConstraints'
+            Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary : {'fixed', 'sliding'}, default 'fixed'
+            Whether boundary points stay or slide along the boundary.
+        boundary_corner_angle : float, default 30.0
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+        features : {'ignore', 'hold', 'slide'}, default 'ignore'
+            Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
+        ridge_angle : float, default 'auto'
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+        corner_angle : float, default 'auto'
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        crease_angle : float, default None
+            Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
+        gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
+            What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
+        gate_floor : float, default 0.6
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+        max_deviation_fraction : float, default None
+            Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
+        null_space : bool, default False
+            Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        corrections : int, default 0
+            Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
+        preserve_volume : bool, default False
+            End each pass with an equal step of all points that closes the volume of every body exactly.
+        stop_normal_deviation : float, default None
+            Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
+        stop_dihedral_change : float, default None
+            Stop before dihedral angles change by more than this. Allowed: from 0 to 360 deg, or None (off).
+        stop_deviation_fraction : float, default None
+            Stop before points are farther from the original surface than this. Allowed: 0 diagonals or more, or None (off).
+        stop_volume_percent : float, default None
+            Stop before the enclosed volume changes by more than this. Allowed: 0 percent or more, or None (off).
+        stop_gain : float, default None
+            Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
+        stop_statistic : {'max', 'mean'}, default 'max'
+            What of normals, dihedral angles and distances the stop rules look at.
+        output_points_precision : {'default', 'single', 'double'}, default 'default'
+            Precision of the output's points; default keeps the input's.
+        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'pairwise'
+            Scheme; only pairwise keeps the volume.
+        weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
+            Weights of the schemes thin-plate, taubin and pairwise.
+        flow : str, default None
+            Array of vectors along which to smooth more than across.
+        flow_weight : float, default 3.0
+            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more.
+        relaxation_factor : float, default 1.0
+            Part of the proposed step that is taken. Allowed: from 0 to 1.
+        implicit_step : float, default None
+            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off).
+        pass_band : float, default 0.1
+            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9.
+        tangent_plane : bool, default False
+            Move vertices only across the surface, not off it.
+        back_to_surface : bool, default False
+            Put every vertex back on the original surface.
+        curvature_radius : float, default 'auto'
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more.
+        contact_fraction : float, default 1e-06
+            Points no farther from the installation space than this part of its diagonal are fixed. Allowed: 0 diagonals or more.
+        blend_rings : int, default 3
+            Rings of fixed points over which the weight falls from 1 to 0. Allowed: 0 or more.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the space: nothing, vertices, or (exact) triangles too.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        With the scheme pairwise, the volume (of open meshes: the volume swept) changes by at most 1e-14 of it in
+        each iteration, before points are rounded to single precision; ``report`` has it after rounding, too.
+        Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
+        ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
+        outside is farther outside than before, and no triangle crosses the space's surface that did not before.
+        Neither the number of threads nor the pose matters.
+
+        Not guaranteed: that elements do not invert (``report`` counts them); that the surface does not cross
+        itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> from vtksmooth import samples
+        >>> skin, space = samples.channel()
+        >>> smooth = skin.vtksmooth.installation_space_smoothing(space, iterations=3, flow="Flow")
+        >>> check = smooth.vtksmooth.containment_check(space)
+        >>> int(check.field_data["VerticesOutside"][0]), int(check.field_data["TrianglesCrossing"][0])
+        (0, 0)
+        """
+
+    def containment_check(
+        self,
+        installation: pv.PolyData,
+        *,
+        tolerance_fraction: float = 1e-06,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Count the vertices of a mesh outside its installation space, and the triangles that cross it.
+
+        Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
+        angle-weighted pseudonormals. A triangle whose corners are all inside may still be pierced, by a concave
+        corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
+        ValenceTriangulation makes of them. Source: paper B, section 6, and beyond it.
+
+        Parameters
+        ----------
+        installation : pyvista.PolyData
+            The installation space, its normals outwards.
+        tolerance_fraction : float, default 1e-06
+            Distance that counts as touching; never less than what the points' precision makes of it. Allowed: 0 diagonals or more.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Verdicts are independent of how the mesh was made: this filter shares no state with the smoothing.
+        Touching within the tolerance counts neither as outside nor as crossing.
+
+        Not guaranteed: that a closed mesh is inside which goes *round* a part of the space without crossing it
+        (a void of the space that the mesh encloses).
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> space, part = pv.Cube(), pv.Cube(x_length=0.5, y_length=0.5, z_length=1.5)
+        >>> check = part.vtksmooth.containment_check(space)
+        >>> float(check["SignedDistance"].max()), int(check.field_data["TrianglesCrossing"][0])
+        (0.25, 8)
+        """
