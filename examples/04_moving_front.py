@@ -38,7 +38,7 @@ def velocity(points: Float64, time: float) -> Float64:
     x, y, z = s[:, 0], s[:, 1], s[:, 2]
     xx, yy, zz = (2.0 * s[:, i] * c[:, i] for i in range(3))
     field = np.column_stack((2.0 * x**2 * yy * zz, -xx * y**2 * zz, -xx * yy * z**2))
-    return 1.2 * np.cos(np.pi * time) * field
+    return 0.6 * np.cos(np.pi * time) * field
 
 
 def carried(points: Float64, time: float, step: float) -> Float64:
