@@ -115,11 +115,8 @@ class Parameter:
     @property
     def annotation(self) -> str:
         """The values allowed, as a type checker reads it."""
-        automatic = [AUTO] if self.automatic else []
-        if self.choices:
-            literals, words = [*self.choices, *self.codes, *automatic], []
-        else:
-            literals, words = automatic, [self.type_name]
+        literals: list[Any] = [*(self.choices or ()), *self.codes, *([AUTO] if self.automatic else [])]
+        words = [] if self.choices else [self.type_name]
         if literals:
             words.append(f"Literal[{', '.join(map(repr, literals))}]")
         return " | ".join([*words, *(["None"] if self.optional else [])])
