@@ -40,6 +40,8 @@ class Files(QObject):
     opened = Signal()
     #: A session shall be opened: its path.
     session_asked = Signal(object)
+    #: A recipe shall be opened: its path.
+    recipe_asked = Signal(object)
     #: A layer has been written.
     saved = Signal(object)
 
@@ -65,12 +67,17 @@ class Files(QObject):
 
     @Slot(list)
     def open_paths(self, names: Iterable[str | Path]) -> None:
-        """Open files, meshes each as a layer; a session takes the place of what is open."""
+        """Open files, meshes each as a layer; a session takes the place of what is open.
+
+        A recipe takes the place of the active layer's.
+        """
         paths = [Path(name) for name in names]
-        sessions = [path for path in paths if path.suffix.lower() == SUFFIX]
-        if sessions:
-            self.session_asked.emit(sessions[-1])
-        paths = [path for path in paths if path not in sessions]
+        asked = {SUFFIX: self.session_asked, ".json": self.recipe_asked}
+        for suffix, signal in asked.items():
+            found = [path for path in paths if path.suffix.lower() == suffix]
+            if found:
+                signal.emit(found[-1])
+        paths = [path for path in paths if path.suffix.lower() not in asked]
         if not paths:
             return
 

@@ -232,6 +232,7 @@ class Recipes(QObject):
         if name:
             self.load(Path(name))
 
+    @Slot(object)
     def load(self, path: Path) -> None:
         """Show the recipe of a file as the one that shall make the active layer."""
         try:

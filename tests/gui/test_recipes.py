@@ -312,11 +312,11 @@ def test_what_is_no_recipe_is_one_notification(steps, tmp_path):
     path = tmp_path / "broken.json"
     for text, what in BROKEN.items():
         path.write_text(text)
-        steps.application.recipes.load(path)
+        steps.drop(path)
         assert steps.window.notification.level == "error"
         assert "broken.json" in steps.said
         assert what in steps.said
-    steps.application.recipes.load(tmp_path / "missing.json")
+    steps.drop(tmp_path / "missing.json")
     assert "missing.json" in steps.said
     assert steps.application.recipes.draft.recipe == RECIPE
 
