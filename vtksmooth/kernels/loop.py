@@ -25,6 +25,7 @@ from .constraints.containment import Containment
 from .constraints.displacement_bound import DisplacementBound
 from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
+from .guard import everywhere
 from .mesh import LARGEST_POLYGON, Mesh
 from .schemes import EdgeScheme, Scheme
 from .schemes.trapezium import Sweep, TrapeziumDrawing
@@ -409,8 +410,11 @@ class _Run:
             if constraint.damping is not None:
                 damping *= constraint.damping
         space = next((c for c in self.constraints if isinstance(c, Containment)), None)
-        for part, operations in self.scheme.sweep(self.state, damping, space):
-            yield operations
+        guard = everywhere() if space is None else space.guard
+        for part, moved, checked, asked in self.scheme.sweep(self.state, damping, guard):
+            if space is not None:
+                space.count(checked, asked)
+            yield moved
             self.progress(done + share * part, self.doing)
 
     # -- stop rules --------------------------------------------------------------------------------

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..guard import Guard
 from ..state import State
 
 Float64 = npt.NDArray[np.float64]
@@ -36,17 +37,34 @@ class Scheme(ABC):
         """Write targets for the vertices in ``starts[i]:ends[i]`` to the same rows of `proposed`."""
 
 
+class Operations(NamedTuple):
+    """What a sweep has done since it last told.
+
+    Attributes
+    ----------
+    part : float
+        Of the whole sweep that is done, 0 to 1.
+    moved, checked, asked : int
+        Operations carried out, moves that were judged, and distances asked for.
+    """
+
+    part: float
+    moved: int
+    checked: int
+    asked: int
+
+
 class EdgeScheme(Scheme):
     """A scheme whose operations move both ends of an edge at once.
 
     What one operation does to the surface (to its volume, say) must be carried out as a whole or not at
     all, so proposals do not pass through the constraints one vertex at a time. The loop hands over what
-    the constraints say beforehand: pinned vertices, damping, and the space to stay in.
+    the constraints say beforehand: pinned vertices, damping, and the guard of the space to stay in.
     """
 
     @abstractmethod
-    def sweep(self, state: State, damping: Float64, space: Any) -> Iterator[tuple[float, int]]:
-        """Do all operations once; yield the part done, 0 to 1, and how many were carried out since.
+    def sweep(self, state: State, damping: Float64, guard: Guard) -> Iterator[Operations]:
+        """Do all operations once; tell now and then what has been done.
 
         Parameters
         ----------
@@ -54,7 +72,7 @@ class EdgeScheme(Scheme):
             Its points are up to date after the last step.
         damping : (n,) float64
             Part of each vertex' step that is taken; vertices with 0 keep their bits.
-        space : Containment or None
+        guard : Guard
             Operations that it does not allow are discarded.
         """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -12,15 +11,12 @@ import numpy.typing as npt
 from ...errors import InvalidMeshError
 from .. import adjacency, parallel
 from ..adjacency import Adjacency
-from ..compiled import kernel
-from ..constraints.containment import Containment, Guard, may_cross, may_go, star_crosses
-from ..constraints.containment import guard as guard_of
+from ..compiled import device, kernel
 from ..crossings import scratch
+from ..guard import Guard, may_cross, may_go, star_crosses
 from ..laplacian import Weights
-from ..mesh import Mesh
-from ..signed_distance import SignedDistanceTree
 from ..state import State
-from . import EdgeScheme, Float64
+from . import EdgeScheme, Float64, Operations
 
 Int32 = npt.NDArray[np.int32]
 Int64 = npt.NDArray[np.int64]
@@ -214,6 +210,137 @@ def _fill(starts, ends, points, laplacian, border, damping, factor, rows):  # ty
             rows[v, 6] = factor * damping[v]
 
 
+# -- one operation: what the kernel of the sweep is made of. d[end], f[end] and g[end] are the step of an
+# end of the edge, the force on it (the energy's gradient, negative) and the gradient of the volume.
+
+
+@device
+def _look_round(end, v, other, rows, first, last, ring, reverse, f, g):  # type: ignore[no-untyped-def]
+    # f = -sum_k A_k L(k), g = 1/6 sum of a x b over the ring; returns (d - c) / 6 if that runs c, other, d.
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
+    x = rows[v, 0]
+    y = rows[v, 1]
+    z = rows[v, 2]
+    rx = rows[v, 3]
+    ry = rows[v, 4]
+    rz = rows[v, 5]
+    gx = 0.0
+    gy = 0.0
+    gz = 0.0
+    k = ring[last - 1]
+    bx = rows[k, 0] - x
+    by = rows[k, 1] - y
+    bz = rows[k, 2] - z
+    for r in range(first, last):
+        before = k
+        k = ring[r]
+        ax = bx
+        ay = by
+        az = bz
+        bx = rows[k, 0] - x
+        by = rows[k, 1] - y
+        bz = rows[k, 2] - z
+        gx += ay * bz - az * by
+        gy += az * bx - ax * bz
+        gz += ax * by - ay * bx
+        rx -= reverse[r] * rows[k, 3]
+        ry -= reverse[r] * rows[k, 4]
+        rz -= reverse[r] * rows[k, 5]
+        if before == other:
+            ux += bx / 6.0
+            uy += by / 6.0
+            uz += bz / 6.0
+        elif k == other:
+            ux -= ax / 6.0
+            uy -= ay / 6.0
+            uz -= az / 6.0
+    f[end, 0] = rx
+    f[end, 1] = ry
+    f[end, 2] = rz
+    g[end, 0] = gx / 6.0
+    g[end, 1] = gy / 6.0
+    g[end, 2] = gz / 6.0
+    return ux, uy, uz
+
+
+@device
+def _keep_volume(si, sj, ux, uy, uz, g, d):  # type: ignore[no-untyped-def]
+    # i moves by d0, then j by d1: g_i . d0 + (g_j - d0 x u) . d1. If only one end moves, u has no effect.
+    g[1, 0] -= d[0, 1] * uz - d[0, 2] * uy
+    g[1, 1] -= d[0, 2] * ux - d[0, 0] * uz
+    g[1, 2] -= d[0, 0] * uy - d[0, 1] * ux
+    volume = 0.0
+    for axis in range(3):
+        volume += g[0, axis] * d[0, axis] + g[1, axis] * d[1, axis]
+    g[0, 0] += d[1, 1] * uz - d[1, 2] * uy
+    g[0, 1] += d[1, 2] * ux - d[1, 0] * uz
+    g[0, 2] += d[1, 0] * uy - d[1, 1] * ux
+    # Both by the same w, -volume g / |g|^2 with g = s_i g_i + s_j g_j, each damped as its step was.
+    square = 0.0
+    for axis in range(3):
+        g[0, axis] = si * g[0, axis] + sj * g[1, axis]
+        square += g[0, axis] * g[0, axis]
+    if volume != 0.0:
+        for axis in range(3):
+            w = -volume / square * g[0, axis]
+            d[0, axis] += si * w
+            d[1, axis] += sj * w
+
+
+@device
+def _energy_change(cii, cjj, cij, f, d):  # type: ignore[no-untyped-def]
+    change = 0.0
+    for axis in range(3):
+        di = d[0, axis]
+        dj = d[1, axis]
+        change += 0.5 * (cii * di * di + cjj * dj * dj) + cij * di * dj
+        change -= f[0, axis] * di + f[1, axis] * dj
+    return change
+
+
+@device
+def _may_both_go(guard, i, j, rows, d, step_i, step_j, stack):  # type: ignore[no-untyped-def]
+    # Whether both ends may take their steps, and how many distances that took.
+    good = True
+    asked = 0
+    for end in range(2):
+        v = i if end == 0 else j
+        if good and rows[v, 6] > 0.0:
+            answer = may_go(
+                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2],
+                step_i if end == 0 else step_j, stack,
+            )  # fmt: skip
+            asked += answer < 2
+            good = answer > 0
+    return good, asked
+
+
+@device
+def _move(v, end, rows, d):  # type: ignore[no-untyped-def]
+    if rows[v, 6] > 0.0:
+        for axis in range(3):
+            rows[v, axis] += d[end, axis]
+
+
+@device
+def _update_laplacians(v, end, rows, first, last, ring, reverse, d):  # type: ignore[no-untyped-def]
+    if rows[v, 6] == 0.0:
+        return
+    dx = d[end, 0]
+    dy = d[end, 1]
+    dz = d[end, 2]
+    rows[v, 3] -= dx
+    rows[v, 4] -= dy
+    rows[v, 5] -= dz
+    for r in range(first, last):
+        k = ring[r]
+        rows[k, 3] += reverse[r] * dx
+        rows[k, 4] += reverse[r] * dy
+        rows[k, 5] += reverse[r] * dz
+
+
 @kernel
 def _sweep(  # type: ignore[no-untyped-def]
     starts, ends, edges, cross, offsets, ring, reverse, rows, guard
@@ -223,11 +350,12 @@ def _sweep(  # type: ignore[no-untyped-def]
     checked = 0
     asked = 0
     room = scratch()
-    stack = room[0]
     old = np.empty((2, 3))
-    d = np.empty((2, 3))  # steps of the two ends
-    g = np.empty((2, 3))  # gradients of the volume
-    f = np.empty((2, 3))  # forces: the energy's gradients, negative
+    d = np.empty((2, 3))
+    g = np.empty((2, 3))
+    f = np.empty((2, 3))
+    slack_i = 0.0
+    slack_j = 0.0
     for part in range(starts.size):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
@@ -241,89 +369,15 @@ def _sweep(  # type: ignore[no-untyped-def]
             det = cii * cjj - cij * cij
             if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
                 continue
-            # The forces -sum_k A_k L(k); the area vectors g = 1/6 sum of a x b over the ring.
-            ux = 0.0
-            uy = 0.0
-            uz = 0.0
-            for end in range(2):
-                v = edges[e, end]
-                x = rows[v, 0]
-                y = rows[v, 1]
-                z = rows[v, 2]
-                rx = rows[v, 3]
-                ry = rows[v, 4]
-                rz = rows[v, 5]
-                gx = 0.0
-                gy = 0.0
-                gz = 0.0
-                first = offsets[v]
-                last = offsets[v + 1]
-                k = ring[last - 1]
-                bx = rows[k, 0] - x
-                by = rows[k, 1] - y
-                bz = rows[k, 2] - z
-                for r in range(first, last):
-                    before = k
-                    k = ring[r]
-                    ax = bx
-                    ay = by
-                    az = bz
-                    bx = rows[k, 0] - x
-                    by = rows[k, 1] - y
-                    bz = rows[k, 2] - z
-                    gx += ay * bz - az * by
-                    gy += az * bx - ax * bz
-                    gz += ax * by - ay * bx
-                    rx -= reverse[r] * rows[k, 3]
-                    ry -= reverse[r] * rows[k, 4]
-                    rz -= reverse[r] * rows[k, 5]
-                    # The ring of i runs c, j, d: u = (d - c) / 6. If only one end moves it has no effect.
-                    if end == 0 and before == j:
-                        ux += bx / 6.0
-                        uy += by / 6.0
-                        uz += bz / 6.0
-                    elif end == 0 and k == j:
-                        ux -= ax / 6.0
-                        uy -= ay / 6.0
-                        uz -= az / 6.0
-                f[end, 0] = rx
-                f[end, 1] = ry
-                f[end, 2] = rz
-                g[end, 0] = gx / 6.0
-                g[end, 1] = gy / 6.0
-                g[end, 2] = gz / 6.0
+            ux, uy, uz = _look_round(0, i, j, rows, offsets[i], offsets[i + 1], ring, reverse, f, g)
+            _look_round(1, j, -1, rows, offsets[j], offsets[j + 1], ring, reverse, f, g)
             for axis in range(3):
                 d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
                 d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
-            # i moves by d0, then j by d1: g_i . d0 + (g_j - d0 x u) . d1.
-            g[1, 0] -= d[0, 1] * uz - d[0, 2] * uy
-            g[1, 1] -= d[0, 2] * ux - d[0, 0] * uz
-            g[1, 2] -= d[0, 0] * uy - d[0, 1] * ux
-            volume = 0.0
-            for axis in range(3):
-                volume += g[0, axis] * d[0, axis] + g[1, axis] * d[1, axis]
-            g[0, 0] += d[1, 1] * uz - d[1, 2] * uy
-            g[0, 1] += d[1, 2] * ux - d[1, 0] * uz
-            g[0, 2] += d[1, 0] * uy - d[1, 1] * ux
-            # Both by the same w, -volume g / |g|^2 with g = s_i g_i + s_j g_j, each damped as its step was.
-            square = 0.0
-            for axis in range(3):
-                g[0, axis] = si * g[0, axis] + sj * g[1, axis]
-                square += g[0, axis] * g[0, axis]
-            if volume != 0.0:
-                for axis in range(3):
-                    w = -volume / square * g[0, axis]
-                    d[0, axis] += si * w
-                    d[1, axis] += sj * w
+            _keep_volume(si, sj, ux, uy, uz, g, d)
             # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
             # there is none of reasonable size. Then the energy would grow.
-            change = 0.0
-            for axis in range(3):
-                di = d[0, axis]
-                dj = d[1, axis]
-                change += 0.5 * (cii * di * di + cjj * dj * dj) + cij * di * dj
-                change -= f[0, axis] * di + f[1, axis] * dj
-            if not change < 0.0:
+            if not _energy_change(cii, cjj, cij, f, d) < 0.0:
                 continue
             good = True
             if guard.active:
@@ -332,65 +386,38 @@ def _sweep(  # type: ignore[no-untyped-def]
                 step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
                 step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
                 checked += (si > 0.0) + (sj > 0.0)
+                # Here and not in a helper: handing over the guard costs as much as a quarter of an operation.
                 if step_i <= slack_i and step_j <= slack_j:
                     guard.slack[i] -= step_i
                     guard.slack[j] -= step_j
                 else:
-                    for end in range(2):
-                        v = edges[e, end]
-                        if good and rows[v, 6] > 0.0:
-                            answer = may_go(
-                                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1],
-                                rows[v, 2] + d[end, 2], step_i if end == 0 else step_j, stack,
-                            )  # fmt: skip
-                            asked += answer < 2
-                            good = answer > 0
-                if not good:
-                    guard.slack[i] = slack_i
-                    guard.slack[j] = slack_j
-                    continue
+                    good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, room[0])
+                    asked += queries
+            if good:
                 for axis in range(3):
                     old[0, axis] = rows[i, axis]
                     old[1, axis] = rows[j, axis]
-            for end in range(2):
-                v = edges[e, end]
-                if rows[v, 6] > 0.0:
-                    for axis in range(3):
-                        rows[v, axis] += d[end, axis]
-            if guard.exact:
-                possible, queries = may_cross(
-                    guard, rows, i if si > 0.0 else -1, j if sj > 0.0 else -1, ring, offsets, room
-                )
-                asked += queries
-                for end in range(2 if possible else 0):
-                    v = edges[e, end]
-                    if rows[v, 6] > 0.0:
-                        good = good and not star_crosses(
-                            guard, rows, v, ring, offsets[v], offsets[v + 1], room
-                        )
-                if not good:
-                    guard.slack[i] = slack_i
-                    guard.slack[j] = slack_j
-                    for axis in range(3):
+                _move(i, 0, rows, d)
+                _move(j, 1, rows, d)
+                if guard.exact:
+                    possible, queries = may_cross(
+                        guard, rows, i if si > 0.0 else -1, j if sj > 0.0 else -1, ring, offsets, room
+                    )
+                    asked += queries
+                    for end in range(2 if possible else 0):
+                        v = edges[e, end]
+                        if good and rows[v, 6] > 0.0:
+                            good = not star_crosses(guard, rows, v, ring, offsets[v], offsets[v + 1], room)
+                    for axis in range(0 if good else 3):
                         rows[i, axis] = old[0, axis]
                         rows[j, axis] = old[1, axis]
-                    continue
+            if not good:
+                guard.slack[i] = slack_i
+                guard.slack[j] = slack_j
+                continue
             moved += 1
-            for end in range(2):
-                v = edges[e, end]
-                if rows[v, 6] == 0.0:
-                    continue
-                dx = d[end, 0]
-                dy = d[end, 1]
-                dz = d[end, 2]
-                rows[v, 3] -= dx
-                rows[v, 4] -= dy
-                rows[v, 5] -= dz
-                for r in range(offsets[v], offsets[v + 1]):
-                    k = ring[r]
-                    rows[k, 3] += reverse[r] * dx
-                    rows[k, 4] += reverse[r] * dy
-                    rows[k, 5] += reverse[r] * dz
+            _update_laplacians(i, 0, rows, offsets[i], offsets[i + 1], ring, reverse, d)
+            _update_laplacians(j, 1, rows, offsets[j], offsets[j + 1], ring, reverse, d)
     return moved, checked, asked
 
 
@@ -469,29 +496,20 @@ class Pairwise(EdgeScheme):
         # The Laplacians anew: rounding errors do not pile up.
         self.weights.apply(state.points, near, self.values, self.laplacian)
 
-    def sweep(self, state: State, damping: Float64, space: Containment | None) -> Iterator[tuple[float, int]]:
+    def sweep(self, state: State, damping: Float64, guard: Guard) -> Iterator[Operations]:
         edges = self.edges
         everything = parallel.ranges(len(state.points))
         parallel.run(
             _fill, *everything,
             state.points, self.laplacian, state.near.border, damping, self.relaxation, self.rows,
         )  # fmt: skip
-        guard = _everywhere() if space is None else space.guard
         for number, (starts, ends) in enumerate(edges.blocks):
             results = parallel.run(
                 _sweep, starts, ends,
-                edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
-                guard,
+                edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows, guard,
                 smallest_share=_SMALLEST_SHARE,
             )  # fmt: skip
-            if space is not None:
-                space.count([(checked, asked) for _, checked, asked in results])
             # What observers see, and whoever cancels, is whole.
             parallel.run(_take, *everything, self.rows, state.points)
-            yield (number + 1) / len(edges.blocks), sum(moved for moved, _, _ in results)
-
-
-@functools.cache
-def _everywhere() -> Guard:
-    """Return what stands for no containment, a guard that is never asked."""
-    return guard_of(SignedDistanceTree(Mesh.from_faces(np.eye(3), [[0, 1, 2]])), active=False)
+            moved, checked, asked = (sum(counts) for counts in zip(*results, strict=True))
+            yield Operations((number + 1) / len(edges.blocks), moved, checked, asked)
