@@ -95,6 +95,29 @@ COMMANDS: tuple[Command, ...] = (
     Command("lock_brush", "Lock Brush", "Overlay", "L", "Keep the faces that the brush selects", False),
     Command("next_worst", "Next Worst Face", "Overlay", "W", "Go to the next worst face"),
     Command("previous_worst", "Previous Worst Face", "Overlay", "Shift+W"),
+    *(
+        Command(f"region_{name}", tool, "Regions", key, tip, name == "camera", "region")
+        for name, tool, key, tip in (
+            ("camera", "Turn the View", "", "Leave the tools (Esc)"),
+            ("brush", "Paint", "Shift+B", "Paint over points to fix them"),
+            ("lasso", "Lasso", "Shift+R", "Draw round points to fix them"),
+            ("line", "Pick Line", "Shift+L", "Click on a feature line to fix it"),
+            ("patch", "Pick Patch", "Shift+P", "Click on what lies between feature lines to fix it"),
+            ("component", "Pick Component", "Shift+C", "Click on what is connected to fix it"),
+            ("edges", "Draw Lines", "Shift+D", "Add and remove feature lines"),
+        )
+    ),
+    Command("region_free", "Free Instead of Fix", "Regions", "Shift+F", "With Ctrl the opposite", False),
+    Command("region_through", "Through the Mesh", "Regions", "Shift+T", "Reach hidden points as well", False),
+    Command("region_smaller", "Smaller Brush", "Regions", "["),
+    Command("region_larger", "Larger Brush", "Regions", "]"),
+    Command("region_threshold", "Mark by Threshold", "Regions", "Ctrl+M", "Points by the overlay's values"),
+    Command("region_grow", "Grow", "Regions", "+", "Fix one more ring of points"),
+    Command("region_shrink", "Shrink", "Regions", "-", "Free the outermost ring of points"),
+    Command("region_invert", "Invert", "Regions", "I", "Free what is fixed, and fix what is free"),
+    Command("region_soften", "Soften the Edge", "Regions", "Shift+S", "Weights that rise from 0 to 1"),
+    Command("region_clear", "Clear", "Regions", tip="Free all points"),
+    Command("region_clear_lines", "Clear Lines", "Regions", tip="Forget lines added and removed"),
     Command("apply", "Apply Filter", "Filters", "Ctrl+Return", "Run the filter on the active layer"),
     Command("cancel", "Cancel", "Filters", "Esc", "Stop what runs; the mesh stays as it was"),
     Command("preview", "Live Preview", "Filters", "Ctrl+P", "Show what the filter would do", False),
@@ -130,4 +153,4 @@ COMMANDS: tuple[Command, ...] = (
 )  # fmt: skip
 
 #: The menus in their order.
-MENUS = ("File", "Edit", "View", "Overlay", "Filters", "Recipe", "Measure", "Help")
+MENUS = ("File", "Edit", "View", "Overlay", "Regions", "Filters", "Recipe", "Measure", "Help")

@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from PySide6.QtCore import QEventLoop, Qt, QTimer
+from PySide6.QtCore import QEvent, QEventLoop, QPointF, Qt, QTimer
+from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from vtksmooth import samples
@@ -89,6 +90,24 @@ class Tour:
         camera.OrthogonalizeViewUp()
         camera.Dolly(zoom)
         self.window.view.render_soon()
+
+    def drag(self, *places: tuple[float, float]) -> None:
+        """Press the mouse in the view, move it and let go; at one place only, click."""
+        canvas = self.window.view.plotter.interactor
+        left, none = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+        pressed, moved, released = (
+            QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove, QEvent.Type.MouseButtonRelease,
+        )  # fmt: skip
+        actions = [(pressed, places[0]), *((moved, place) for place in places[1:]), (released, places[-1])]
+        for kind, place in actions:
+            at = QPointF(*place)
+            buttons = none if kind == released else left
+            event = QMouseEvent(
+                kind, at, QPointF(canvas.mapToGlobal(at)), none if kind == moved else left, buttons,
+                Qt.KeyboardModifier.NoModifier,
+            )  # fmt: skip
+            QApplication.sendEvent(canvas, event)
+        self.wait()
 
     def picture(self, name: str, widget: Any = None, at_once: bool = False) -> None:
         """Take a picture of the window."""
@@ -179,6 +198,28 @@ def repeat(tour: Tour, folder: Path) -> None:
     tour.do("close_layer")
 
 
+def mark(tour: Tour, folder: Path) -> None:
+    """Say what smoothing may do where."""
+    pv.read(pv.examples.nutfile).clean().subdivide(2).save(folder / "nut.ply")
+    tour.open(folder / "nut.ply")
+    tour.do("overlay_none", "frame")
+    tour.turn(20, 20, 1.1)
+    canvas = tour.window.view.plotter.interactor
+    width, height = canvas.width(), canvas.height()
+    tour.do("region_patch")
+    tour.drag((0.62 * width, 0.62 * height))
+    tour.do("region_brush", "region_larger")
+    tour.drag(*((x * width, (0.3 - 0.6 * (x - 0.5) ** 2) * height) for x in np.linspace(0.4, 0.6, 20)))
+    tour.do("region_edges")
+    for x, y in ((0.56, 0.86), (0.66, 0.72), (0.735, 0.66)):
+        tour.drag((x * width, y * height))
+    tour.picture("regions")
+    tour.do("region_soften", "region_camera")
+    tour.apply(LaplacianSmoothing, iterations=5, features="hold")
+    tour.window.show_panel("Layers and filter")
+    tour.do("close_layer")
+
+
 def contain(tour: Tour, folder: Path) -> None:
     """Smooth a skin of cells inside its installation space."""
     cls = next((cls for cls in FILTERS if cls.__name__ == "InstallationSpaceSmoothing"), None)
@@ -232,7 +273,7 @@ def measure(tour: Tour, folder: Path) -> None:
     questions.ask_unsaved(tour.window, ["nut"], WHAT_SAVE_DOES)
 
 
-STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, repeat, contain, measure)
+STOPS: tuple[Callable[[Tour, Path], None], ...] = (improve, mark, repeat, contain, measure)
 
 
 def run(output: Path) -> list[Path]:

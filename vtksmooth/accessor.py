@@ -45,6 +45,12 @@ True
 >>> int((found["FeatureClass"] == 1).sum()), lines.n_lines
 (72, 2)
 """,
+    "region_marking": """
+>>> plane = pv.Plane(i_resolution=4, j_resolution=4)
+>>> marked = plane.vtksmooth.region_marking(fix="0-4", grow=1, blend_rings=1)
+>>> int(marked["Fixed"].sum()), int((marked["BlendWeight"] < 1.0).sum())
+(10, 15)
+""",
     "trapezium_drawing": """
 >>> ant = pv.read(pv.examples.antfile)
 >>> better = ant.vtksmooth.trapezium_drawing(iterations=5)

@@ -110,6 +110,8 @@ class VtksmoothAccessor:
         *,
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         weight: Literal['area', 'angle'] = 'area',
         denoise: bool = True,
         eigenvalue_ratios: bool = False,
@@ -124,7 +126,9 @@ class VtksmoothAccessor:
         second output, ``lines``, holds the ridge lines as polylines from corner to corner or round closed
         loops, with the cell arrays ``LineClass`` (uint8: 0 ridge, 1 boundary, 2 non-manifold) and ``Length``,
         and the point arrays ``PointIds`` (the points' numbers in the mesh) and ``FeatureClass``. Boundary and
-        non-manifold edges are ridges. Smoothing filters can hold these features or slide along them.
+        non-manifold edges are ridges. Edges that the field arrays ``AddedFeatureEdges`` and
+        ``RemovedFeatureEdges`` name, as pairs of points, are or are no ridges, whatever their angle: lines
+        given by hand. Smoothing filters can hold these features or slide along them.
 
         Parameters
         ----------
@@ -132,6 +136,10 @@ class VtksmoothAccessor:
             Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         weight : {'area', 'angle'}, default 'area'
             What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
         denoise : bool, default True
@@ -173,6 +181,8 @@ class VtksmoothAccessor:
         *,
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         weight: Literal['area', 'angle'] = 'area',
         denoise: bool = True,
         eigenvalue_ratios: bool = False,
@@ -187,7 +197,9 @@ class VtksmoothAccessor:
         second output, ``lines``, holds the ridge lines as polylines from corner to corner or round closed
         loops, with the cell arrays ``LineClass`` (uint8: 0 ridge, 1 boundary, 2 non-manifold) and ``Length``,
         and the point arrays ``PointIds`` (the points' numbers in the mesh) and ``FeatureClass``. Boundary and
-        non-manifold edges are ridges. Smoothing filters can hold these features or slide along them.
+        non-manifold edges are ridges. Edges that the field arrays ``AddedFeatureEdges`` and
+        ``RemovedFeatureEdges`` name, as pairs of points, are or are no ridges, whatever their angle: lines
+        given by hand. Smoothing filters can hold these features or slide along them.
 
         Parameters
         ----------
@@ -195,6 +207,10 @@ class VtksmoothAccessor:
             Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         weight : {'area', 'angle'}, default 'area'
             What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
         denoise : bool, default True
@@ -230,17 +246,89 @@ class VtksmoothAccessor:
         (72, 2)
         """
 
+    def region_marking(
+        self,
+        *,
+        clear: Literal['nothing', 'region', 'lines', 'all'] = 'nothing',
+        free: str | None = None,
+        fix: str | None = None,
+        invert: bool = False,
+        grow: int = 0,
+        shrink: int = 0,
+        blend_rings: int | None = None,
+        blend_distance: float | None = None,
+        add_lines: str | None = None,
+        remove_lines: str | None = None,
+        inplace: bool = False,
+        progress_bar: bool = False,
+    ) -> pv.PolyData:
+        """Mark by hand what smoothing may do: points that stay, soft edges round them, feature lines.
+
+        The point array ``Fixed`` (uint8) says which points stay; ``BlendWeight`` (float64), which part of its
+        steps a point takes; the field arrays ``AddedFeatureEdges`` and ``RemovedFeatureEdges`` (pairs of points)
+        say which edges are features, and which are none, whatever a detection finds. All smoothing filters go by
+        these arrays. What is asked for is done in the order of the parameters, to the marks that are there.
+        Points are numbers and ranges, ``0-14,20``; lines are chains of points along edges, ``3-17-19,40-41``.
+
+        Parameters
+        ----------
+        clear : {'nothing', 'region', 'lines', 'all'}, default 'nothing'
+            What to forget first: the region (fixed points and their weights), the lines, or all.
+        free : str, default None
+            Points to free: numbers and ranges, as 0-14,20, or all.
+        fix : str, default None
+            Points to fix: numbers and ranges, as 0-14,20, or all.
+        invert : bool, default False
+            Free what is fixed, and fix what is free.
+        grow : int, default 0
+            Fix this many rings of points round the fixed ones. Allowed: 0 or more.
+        shrink : int, default 0
+            Free this many rings of fixed points, from the free ones on. Allowed: 0 or more.
+        blend_rings : int, default None
+            Rings of points round the fixed ones over which weights rise to 1; 0: no weights. Allowed: 0 or more, or None (off).
+        blend_distance : float, default None
+            Way along edges from the fixed points over which weights rise evenly to 1. Allowed: 0 model units or more, or None (off).
+        add_lines : str, default None
+            Lines along edges that are features, as 3-17-19,40-41.
+        remove_lines : str, default None
+            Lines along edges that are no features, as 3-17-19,40-41.
+        inplace : bool, default False
+            Change the mesh itself and return it.
+        progress_bar : bool, default False
+            Show progress.
+
+        Returns
+        -------
+        pyvista.PolyData
+            The result; figures are in its field data.
+
+        Guarantees
+        ----------
+        Points, cells and all other data stay. The weight of every fixed point is 0.
+
+        Examples
+        --------
+        >>> import pyvista as pv
+        >>> plane = pv.Plane(i_resolution=4, j_resolution=4)
+        >>> marked = plane.vtksmooth.region_marking(fix="0-4", grow=1, blend_rings=1)
+        >>> int(marked["Fixed"].sum()), int((marked["BlendWeight"] < 1.0).sum())
+        (10, 15)
+        """
+
     def trapezium_drawing(
         self,
         *,
         iterations: int = 5,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'aspect',
         gate_floor: float = 0.6,
@@ -271,6 +359,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -283,6 +373,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'aspect'
@@ -346,12 +440,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
         gate_floor: float = 0.6,
@@ -396,6 +493,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -408,6 +507,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
@@ -490,12 +593,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
         gate_floor: float = 0.6,
@@ -525,6 +631,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -537,6 +645,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
@@ -596,12 +708,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'angle',
         gate_floor: float = 0.6,
@@ -631,6 +746,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -643,6 +760,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'angle'
@@ -703,12 +824,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 50,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'sliding',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
         ridge_angle: float | Literal['auto'] = 40.0,
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = 40.0,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'floor',
         gate_floor: float = 0.6,
@@ -741,6 +865,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'sliding'
@@ -753,6 +879,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default 40.0
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'floor'
@@ -822,12 +952,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
+        blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
         gate_floor: float = 0.6,
@@ -860,6 +993,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
             Point array that is nonzero at points that must not move; absent, none is held.
+        blend : str, default 'BlendWeight'
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -872,6 +1007,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
@@ -1029,12 +1168,15 @@ class VtksmoothAccessor:
         *,
         iterations: int = 20,
         fixed: str | None = None,
+        blend: str | None = None,
         max_displacement: str | None = 'SmoothingConstraints',
         boundary: Literal['fixed', 'sliding'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
+        added_edges: str | None = 'AddedFeatureEdges',
+        removed_edges: str | None = 'RemovedFeatureEdges',
         crease_angle: float | None = None,
         gate: Literal['none', 'angle', 'aspect', 'floor'] = 'none',
         gate_floor: float = 0.6,
@@ -1083,6 +1225,8 @@ class VtksmoothAccessor:
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default None
             Point array that is nonzero at points that must not move.
+        blend : str, default None
+            Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
         boundary : {'fixed', 'sliding'}, default 'fixed'
@@ -1095,6 +1239,10 @@ class VtksmoothAccessor:
             Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
             Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+        added_edges : str, default 'AddedFeatureEdges'
+            Field array of pairs of points: edges that are ridges, whatever their angle.
+        removed_edges : str, default 'RemovedFeatureEdges'
+            Field array of pairs of points: edges that are no ridges, whatever their angle.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'

@@ -35,6 +35,7 @@ COMMANDS = {
     "report": "show a mesh before and after on a page, as HTML or PDF",
     "run": "run a recipe on many meshes",
     "features": "find ridges, corners and cusps, and the ridge lines",
+    "mark": "fix or free points, soften their edges, add or remove feature lines",
     "trapezium-drawing": "improve the worst elements, close to the surface",
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
     "angle-based": "smooth by turning spokes onto bisectors",
@@ -228,7 +229,7 @@ def _add_option(group: argparse._ArgumentGroup, parameter: Parameter) -> None:
 
 def _metavar(parameter: Parameter) -> str:
     if parameter.type is str:
-        return "ARRAY"
+        return parameter.text.upper() or "ARRAY"
     number = "DEG" if parameter.unit == "deg" else "N" if parameter.type is int else "X"
     return f"{number}|auto" if parameter.automatic else number
 

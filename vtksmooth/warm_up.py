@@ -14,7 +14,9 @@ from .errors import InvalidMeshError, ParameterError
 from .filters import FILTERS, Filter
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
+from .kernels import adjacency, paths, regions, screen
 from .kernels.compiled import on_compile
+from .kernels.mesh import Mesh
 from .kernels.ray import first_hit
 
 
@@ -81,6 +83,10 @@ _EVERYTHING = {
     "weighted": True,
     "eigenvalue_ratios": True,
     "flow": "Flow",
+    "fix": "0-3",
+    "grow": 1,
+    "blend_rings": 1,
+    "add_lines": "0-1",
 }
 
 #: What the above excludes.
@@ -103,6 +109,19 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
         for choice in (declared[name].choices or ()) if name in declared else ():
             yield {name: choice}
             yield {**everything, name: choice}
+
+
+def _pick(mesh: Mesh) -> None:
+    """Do what the tools of the desktop app do with the mouse."""
+    first_hit(mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
+    places = screen.project(mesh.points, np.eye(4), (0.0, 0.0, 9.0, 9.0))
+    seen = screen.seen(places, np.ones((9, 9), np.float32))
+    screen.add_stroke(places, seen, (0.0, 0.0), (9.0, 9.0), 2.0, np.zeros_like(seen))
+    screen.inside_outline(places, seen, [[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
+    regions.components(mesh)
+    regions.patches(adjacency.build(mesh), np.empty((0, 2), np.int32))
+    regions.marked_faces(mesh, seen)
+    paths.shortest_path(mesh.points, regions.rings_of(mesh), 0, 1)
 
 
 def run(progress: Callable[[float, str], None] | None = None) -> int:
@@ -130,7 +149,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
                 # Some schemes, constraints and faces do not combine, and say so.
                 with suppress(InvalidMeshError, ParameterError):
                     cls(**setting)(*(space if name == "installation" else mesh for name in cls.inputs))
-        first_hit(surface_of(meshes[0]).mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
+        _pick(surface_of(meshes[0]).mesh)
     if progress:
         progress(1.0, "done")
     return len(compiled)

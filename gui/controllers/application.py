@@ -28,6 +28,7 @@ from .filtering import Filtering
 from .jobs import Jobs
 from .measuring import Measuring
 from .recipes import Recipes
+from .regions import Regions
 from .sessions import Sessions
 
 #: Switches whose position is remembered.
@@ -49,6 +50,7 @@ class Application(QObject):
         self.display = Display(self.document, self.window, self.jobs, settings)
         self.recipes = Recipes(self.document, self.window, self.jobs, settings)
         self.batches = Batches(self.recipes.draft, self.window, self.jobs, settings)
+        self.regions = Regions(self.document, self.window, self.jobs, self.display, settings)
         self.measuring = Measuring(self.document, self.window, self.jobs, self.display)
         self.comparing = Comparing(self.document, self.window, self.display)
         self.sessions = Sessions(
@@ -75,7 +77,7 @@ class Application(QObject):
 
     def _handler(self, id: str) -> Callable[..., Any]:
         own = self, self.files, self.filtering, self.display, self.recipes, self.batches
-        for controller in (*own, self.measuring, self.comparing, self.sessions):
+        for controller in (*own, self.regions, self.measuring, self.comparing, self.sessions):
             method = getattr(controller, id, None)
             if method is not None:
                 return lambda *_: method()

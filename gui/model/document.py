@@ -10,6 +10,7 @@ from typing import Any
 from vtksmooth import recipe
 from vtksmooth.filters import Filter
 
+from . import overlays
 from .event import Event
 from .history import History, Step
 from .layer import Layer, Role
@@ -300,6 +301,8 @@ class Document:
     def _set(self, states: dict[Layer, State | None]) -> None:
         for layer, state in states.items():
             left, layer.state = layer.state, state
+            if left is not None and state is not None:
+                overlays.share(left, state)
             if left is not None and left is not layer.opened:
                 # What overlays computed is large, and computed again when somebody comes back.
                 left.fields.clear()

@@ -11,6 +11,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersGeneral import vtkCurvatures
 
 from vtksmooth.filters import FILTERS, Filter, SurfaceComparison, SurfaceQuality
+from vtksmooth.filters.smoothing import ADDED_EDGES, REMOVED_EDGES
 from vtksmooth.filters.surface_quality import faces_with_area, summary_of
 from vtksmooth.kernels import adjacency, quality
 
@@ -45,7 +46,7 @@ class Subject:
     def reference(self) -> State | None:
         """What k's signs are taken from: the mesh before, where it has the same points."""
         before = self.before
-        if before is None or before is self.state or before.surface is None:
+        if before is None or before.shares_geometry(self.state) or before.surface is None:
             return None
         return before if before.n_points == self.state.n_points else None
 
@@ -263,14 +264,14 @@ def _features(subject: Subject, run: Run) -> dict[str, Field]:
 def _array(subject: Subject, run: Run) -> dict[str, Field]:
     fields = _fields(subject.state, subject.state.mesh, ["Fixed", "BlendWeight"])
     if "fixed" not in fields:
-        raise Unavailable("The mesh has no array Fixed; Installation Space Regions makes one.")
+        raise Unavailable("No points are fixed; paint some (menu Regions).")
     return fields
 
 
 def _regions(subject: Subject, run: Run) -> dict[str, Field]:
     fields = _fields(subject.state, subject.state.mesh, ["BlendWeight"])
     if not fields:
-        raise Unavailable("The mesh has no array BlendWeight; Installation Space Regions makes one.")
+        raise Unavailable("The region has no soft edge; give it one (menu Regions).")
     return fields
 
 
@@ -326,6 +327,26 @@ def key(one: Overlay, subject: Subject) -> Any:
     return (one.id, getattr(subject, one.needs) if one.needs else None)
 
 
+def share(known: State, other: State) -> None:
+    """Let a state have what was computed on another one that differs from it in data only."""
+    if known is other or not other.shares_geometry(known):
+        return
+    if "surface" in vars(known):
+        vars(other).setdefault("surface", known.surface)
+    lines = [
+        state.mesh.GetFieldData().GetArray(name)
+        for name in (ADDED_EDGES, REMOVED_EDGES)
+        for state in (known, other)
+    ]
+    same_lines = lines[0] is lines[1] and lines[2] is lines[3]
+    for (id, what), values in known.fields.items():
+        source = overlay(id).source
+        if source not in ("array", "regions") and (source != "features" or same_lines):
+            other.fields.setdefault((id, what), values)
+    for what, summary in known.summaries.items():
+        other.summaries.setdefault(what, summary)
+
+
 def check_available(one: Overlay, subject: Subject) -> None:
     """Raise Unavailable where what the overlay needs is not open."""
     if subject.state.surface is None:
@@ -372,7 +393,7 @@ def summarise(subject: Subject, run: Run) -> None:
     before = subject.before
     if (
         before is not None
-        and before is not subject.state
+        and not before.shares_geometry(subject.state)
         and subject.state.surface is not None
         and ("comparison", before) not in subject.state.summaries
         and subject.state.comparable(before) is not None

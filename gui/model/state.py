@@ -26,6 +26,21 @@ def _cells(mesh: Any) -> tuple[Any, ...]:
     return mesh.GetVerts(), mesh.GetLines(), mesh.GetPolys(), mesh.GetStrips()
 
 
+def _share_cells(a: vtkPolyData, b: vtkPolyData) -> bool:
+    return all(
+        x.GetNumberOfCells() == y.GetNumberOfCells() == 0
+        or x.GetConnectivityArray() is y.GetConnectivityArray()
+        for x, y in zip(_cells(a), _cells(b), strict=True)
+    )
+
+
+def shares_geometry(a: vtkPolyData, b: vtkPolyData) -> bool:
+    """Return whether two meshes have their points and cells in the same memory."""
+    if a.GetPoints() is None or b.GetPoints() is None:
+        return False
+    return a.GetPoints().GetData() is b.GetPoints().GetData() and _share_cells(a, b)
+
+
 @dataclass(eq=False, repr=False)
 class State:
     """A mesh at one moment, and what made it.
@@ -63,7 +78,9 @@ class State:
         if isinstance(mesh, State):
             return mesh
         state = cls(mesh, **made)
-        if like is not None and like.surface is not None and state._shares_faces(like):
+        if like is not None and like.surface is not None and state.shares_geometry(like):
+            state.surface = like.surface
+        elif like is not None and like.surface is not None and state._shares_faces(like):
             points = np.ascontiguousarray(state.points, dtype=np.float64)
             if np.isfinite(points).all():
                 faces = like.surface
@@ -125,12 +142,11 @@ class State:
 
     def _shares_faces(self, other: State) -> bool:
         """Return whether `other` has as many points, and its cells are the same in memory."""
-        pairs = zip(_cells(self.mesh), _cells(other.mesh), strict=True)
-        return self.n_points == other.n_points and all(
-            mine.GetNumberOfCells() == its.GetNumberOfCells() == 0
-            or mine.GetConnectivityArray() is its.GetConnectivityArray()
-            for mine, its in pairs
-        )
+        return self.n_points == other.n_points and _share_cells(self.mesh, other.mesh)
+
+    def shares_geometry(self, other: State) -> bool:
+        """Return whether points and cells are those of `other`, in the same memory: only data differ."""
+        return shares_geometry(self.mesh, other.mesh)
 
     def has_same_faces(self, other: State) -> bool:
         """Return whether `other` has the same points by number and the same faces."""

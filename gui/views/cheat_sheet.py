@@ -14,12 +14,13 @@ _COLUMNS = {
     **dict.fromkeys(("File", "Edit", "Filters", "Help"), 0),
     **dict.fromkeys(("View", "Recipe"), 1),
     **dict.fromkeys(("Overlay", "Measure"), 2),
+    "Regions": 3,
 }
 
 
 def html() -> str:
     """Return the keys by menu, as columns."""
-    columns = [[], [], []]  # type: list[list[str]]
+    columns = [[], [], [], []]  # type: list[list[str]]
     for menu in MENUS:
         rows = "".join(
             f"<tr><td style='padding-right:12px'><b>{escape(c.key.replace('Return', 'Enter'))}</b></td>"
@@ -34,6 +35,12 @@ def html() -> str:
         "<tr><td><b>Shift drag</b></td><td>move</td></tr><tr><td><b>wheel</b></td><td>zoom</td></tr>"
         "<tr><td><b>rest</b></td><td>values there</td></tr>"
         "<tr><td style='padding-right:12px'><b>drag in histogram</b></td><td>select faces</td></tr></table>"
+    )
+    columns[3].append(
+        "<h3>Mouse, with a tool for regions</h3><table><tr><td style='padding-right:12px'><b>drag</b></td>"
+        "<td>paint, draw round</td></tr><tr><td><b>drag beside</b></td><td>turn</td></tr>"
+        "<tr><td><b>right drag</b></td><td>turn</td></tr><tr><td><b>click</b></td><td>pick, draw</td></tr>"
+        "<tr><td><b>Ctrl</b></td><td>free, remove</td></tr><tr><td><b>Esc</b></td><td>end</td></tr></table>"
     )
     cells = "".join(
         f"<td style='padding-right:28px' valign='top'>{''.join(column)}</td>" for column in columns

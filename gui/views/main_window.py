@@ -43,6 +43,7 @@ from .mesh_view import MeshView
 from .notification import Notification
 from .numbers_table import NumbersTable
 from .recipe_list import RecipeList
+from .region_panel import RegionPanel
 from .section_plot import SectionPlot
 from .theme import Theme
 from .worst_list import WorstList
@@ -71,6 +72,7 @@ class MainWindow(QMainWindow):
         self.layers = LayerList()
         action = self.action
         self.filters = FilterPanel(FILTERS, action("apply"), action("cancel"), action("preview"))
+        self.regions = RegionPanel(action)
         self.histogram, self.worst = Histogram(), WorstList()
         self.history, self.log = HistoryList(), Log()
         self.numbers = NumbersTable(action("copy_numbers"))
@@ -195,6 +197,7 @@ class MainWindow(QMainWindow):
             name: self._dock(name, widget, where)
             for name, widget, where in (
                 ("Layers and filter", left, area.LeftDockWidgetArea),
+                ("Regions", self.regions, area.LeftDockWidgetArea),
                 ("History", self.history, area.RightDockWidgetArea),
                 ("Numbers", self.numbers, area.RightDockWidgetArea),
                 ("Recipe", self.recipe, area.RightDockWidgetArea),
@@ -211,6 +214,8 @@ class MainWindow(QMainWindow):
         for first, second in (("Histogram", "Cross-section"), ("Worst faces", "Measurements")):
             self.tabifyDockWidget(docks[first], docks[second])
             docks[first].raise_()
+        self.tabifyDockWidget(docks["Layers and filter"], docks["Regions"])
+        docks["Layers and filter"].raise_()
         self.resizeDocks(
             [docks["Layers and filter"], docks["History"]], [310, 340], Qt.Orientation.Horizontal
         )

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkLookupTable
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
@@ -21,6 +21,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from ..model.field import Field
+from ..model.state import shares_geometry
 from .canvas import Canvas
 from .scale import BEYOND, UNKNOWN, Scale
 from .theme import Theme
@@ -30,6 +31,17 @@ SINGLE, SPLIT, SWIPE = "single", "split", "swipe"
 
 _VALUES = "vtksmooth values"
 _SURFACE = (0.78, 0.81, 0.85)
+#: What is drawn over the mesh: its colour, and the width of its lines, pixels of a usual screen.
+_MARKS = {
+    "bad": (BEYOND, 2.0),
+    "brush": ((214, 39, 140), 2.0),
+    "worst": ((255, 0, 120), 4.0),
+    "lines": ((20, 20, 20), 3.0),
+    "region": ((235, 140, 20), 1.0),
+    "stroke": ((255, 205, 70), 1.0),
+    "features": ((20, 20, 20), 3.0),
+    "drawn": ((0, 90, 230), 4.0),
+}
 #: How near to the swipe line the pointer must be to take it, pixels.
 _GRIP = 8
 #: How far the pointer may move in a click, pixels.
@@ -61,7 +73,9 @@ class _Surface:
         """Show another mesh; None shows nothing."""
         if mesh is self.mesh:
             return
-        self.mesh = mesh
+        known, self.mesh = self.mesh, mesh
+        if mesh is not None and known is not None and shares_geometry(mesh, known):
+            return  # only its data are others, and those are not drawn
         self.data = vtkPolyData()
         if mesh is not None:
             # Without the data arrays: of those only the overlay's values are drawn.
@@ -134,7 +148,7 @@ class MeshView(QWidget):
         self._surfaces = {"after": _Surface(), "before": _Surface()}
         self._labels = {side: self._label(side) for side in ("before", "after")}
         self._context: dict[Any, _Surface] = {}
-        self._marks = {name: self._mark(name) for name in ("bad", "brush", "worst", "lines")}
+        self._marks = {name: self._mark(name) for name in _MARKS}
         self.mode, self.shows_before, self.swipe_at = SINGLE, False, 0.5
         self._is_preview = False
         self._moving_line = False
@@ -197,7 +211,7 @@ class MeshView(QWidget):
         self.render_soon()
 
     def mark(self, name: str, mesh: Any) -> None:
-        """Draw some faces or lines over the mesh: "bad", "brush", "worst" or "lines"; None removes them."""
+        """Draw some faces or lines over the mesh, as one of :data:`_MARKS`; None removes them."""
         surface = self._marks[name]
         surface.show(mesh)
         surface.actor.SetVisibility(mesh is not None)
@@ -300,10 +314,11 @@ class MeshView(QWidget):
         surface = _Surface()
         look = surface.actor.GetProperty()
         scale = self.devicePixelRatioF()
-        colour = {"bad": BEYOND, "brush": (214, 39, 140), "worst": (255, 0, 120), "lines": (20, 20, 20)}[name]
+        colour, width = _MARKS[name]
         look.SetColor(*(c / 255 for c in colour))
         look.LightingOff()
-        look.SetLineWidth({"bad": 2.0, "brush": 2.0, "worst": 4.0, "lines": 3.0}[name] * scale)
+        look.SetLineWidth(width * scale)
+        look.SetPointSize((11.0 if name == "drawn" else 7.0) * scale)
         if name in ("bad", "worst"):
             look.SetRepresentationToWireframe()
         if name == "brush":
@@ -311,10 +326,14 @@ class MeshView(QWidget):
             look.EdgeVisibilityOn()
             look.SetEdgeOpacity(1.0)
             look.SetEdgeColor(*(c / 255 for c in colour))
+        if name in ("region", "stroke"):
+            look.SetOpacity(0.7)  # what the overlay shows there stays readable
         # Drawn over the faces that they lie on.
         surface.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         surface.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(-2.0, -2.0)
-        surface.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-4.0, -4.0)
+        before = -8.0 if name == "drawn" else -4.0  # lines by hand cover those found
+        surface.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(before, before)
+        surface.mapper.SetRelativeCoincidentTopologyPointOffsetParameter(before)
         surface.actor.PickableOff()
         surface.actor.VisibilityOff()
         return surface
@@ -549,6 +568,65 @@ class MeshView(QWidget):
     def set_picking(self, on: bool) -> None:
         """Show by the pointer that a click picks something."""
         self.plotter.interactor.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
+
+    # -- what stands where -------------------------------------------------------------------------
+
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        """Return a place of the widget in pixels of the screen, from the lower left."""
+        ratio = self.plotter.interactor.devicePixelRatioF()
+        return x * ratio, self._height() - y * ratio
+
+    def ray(self, place: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return where a ray into the mesh "after" starts, and its direction."""
+        near, far = (self._world(*place, depth, self._renderer_of_after) for depth in (0.0, 1.0))
+        return near, far - near
+
+    @property
+    def _renderer_of_after(self) -> Any:
+        return self._renderers[1 if self.mode == SPLIT else 0]
+
+    def shows_after(self, place: tuple[float, float]) -> bool:
+        """Return whether at a place, in pixels, it is the mesh "after" that is shown, or would be."""
+        fraction = place[0] / max(1, self._width())
+        if self.mode == SINGLE:
+            return not self.shows_before
+        return fraction >= (0.5 if self.mode == SPLIT else self.swipe_at)
+
+    @property
+    def standpoint(self) -> tuple[Any, ...]:
+        """Whatever places on the screen depend on, beside the mesh."""
+        camera, renderer = self.camera, self._renderer_of_after
+        return (
+            camera.GetPosition(), camera.GetFocalPoint(), camera.GetViewUp(), camera.GetViewAngle(),
+            camera.GetParallelScale(), camera.GetParallelProjection(), renderer.GetOrigin(),
+            renderer.GetSize(), self.mode, self.swipe_at,
+        )  # fmt: skip
+
+    def projection(self) -> tuple[np.ndarray, tuple[float, float, float, float]]:
+        """Return the matrix from the world to the view "after", and that view's rectangle, in pixels."""
+        renderer = self._renderer_of_after
+        matrix = self.camera.GetCompositeProjectionTransformMatrix(renderer.GetTiledAspectRatio(), 0.0, 1.0)
+        rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        return rows, (*renderer.GetOrigin(), *renderer.GetSize())
+
+    def depths(self) -> np.ndarray:
+        """Draw the meshes alone, unseen, and return the depth buffer, (rows, columns) float32."""
+        window, marks = self.plotter.render_window, [mark.actor for mark in self._marks.values()]
+        shown = [actor.GetVisibility() for actor in marks]
+        for actor in marks:
+            actor.VisibilityOff()
+        self._top.DrawOff()
+        window.SwapBuffersOff()
+        depths = vtkFloatArray()
+        with self.plotter.drawing():
+            window.Render()
+            window.GetZbufferData(0, 0, self._width() - 1, self._height() - 1, depths)
+        window.SwapBuffersOn()
+        self._top.DrawOn()
+        for actor, visible in zip(marks, shown, strict=True):
+            actor.SetVisibility(visible)
+        self.render_soon()
+        return np.asarray(vtk_to_numpy(depths).reshape(self._height(), self._width()))
 
     def _width(self) -> int:
         return int(self.plotter.render_window.GetSize()[0])

@@ -123,7 +123,7 @@ class ParameterRow(QWidget):
             choice = QComboBox()
             choice.setMinimumContentsLength(8)
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            choice.addItems(list(parameter.choices or names))
+            choice.addItems(list(parameter.choices or ([] if parameter.text else names)))
             choice.setEditable(not parameter.choices)
             choice.currentTextChanged.connect(self._changed)
             return choice
@@ -191,7 +191,7 @@ class ParameterRow(QWidget):
 
     def set_names(self, names: list[str]) -> None:
         """Offer names of arrays."""
-        if self.parameter.type is not str or self.parameter.choices:
+        if self.parameter.type is not str or self.parameter.choices or self.parameter.text:
             return
         assert isinstance(self.editor, QComboBox)
         value = self.editor.currentText()

@@ -13,6 +13,7 @@ from .installation_space_smoothing import InstallationSpaceSmoothing
 from .laplacian_smoothing import LaplacianSmoothing
 from .null_space_smoothing import NullSpaceSmoothing
 from .parameter import Parameter
+from .region_marking import RegionMarking
 from .smoothing import SmoothingFilter
 from .surface_comparison import SurfaceComparison
 from .surface_quality import SurfaceQuality
@@ -24,6 +25,7 @@ FILTERS: tuple[type[Filter], ...] = (
     SurfaceQuality,
     SurfaceComparison,
     FeatureDetection,
+    RegionMarking,
     TrapeziumDrawing,
     LaplacianSmoothing,
     AngleBasedSmoothing,
@@ -49,6 +51,7 @@ __all__ = [
     "LaplacianSmoothing",
     "NullSpaceSmoothing",
     "Parameter",
+    "RegionMarking",
     "SmoothingFilter",
     "SurfaceComparison",
     "SurfaceQuality",

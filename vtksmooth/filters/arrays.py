@@ -192,6 +192,26 @@ def vectors_at_points(polydata: Any, name: str) -> npt.NDArray[np.float64]:
     return np.ascontiguousarray(np.column_stack(total) / used[:, None])
 
 
+def edge_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
+    """Return the field array `name` as pairs of points, (k, 2), or None where there is none of that name.
+
+    Raises
+    ------
+    InvalidMeshError
+        The array does not hold pairs of integers.
+    """
+    array = polydata.GetFieldData().GetArray(name)
+    if array is None:
+        return None
+    pairs: npt.NDArray[Any] = vtk_to_numpy(array)
+    if pairs.dtype.kind not in "iu" or pairs.ndim != 2 or pairs.shape[1] != 2:
+        raise InvalidMeshError(
+            f"The field array {name!r} is {pairs.dtype} of the shape {pairs.shape}; it must hold a pair of "
+            "point numbers for each edge."
+        )
+    return pairs
+
+
 def point_array_names(polydata: Any) -> list[str]:
     """Return the names of the point arrays."""
     data = polydata.GetPointData()

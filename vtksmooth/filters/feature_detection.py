@@ -8,11 +8,12 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels import adjacency, features, metric_tensor
+from ..kernels.feature_edges import edited
 from ..kernels.mesh import Mesh
 from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points
 from .base import Filter, add_field, output_like
 from .parameter import Parameter
-from .smoothing import FEATURE_CLASS, RIDGE_NEIGHBOURS
+from .smoothing import FEATURE_CLASS, RIDGE_NEIGHBOURS, SmoothingFilter, edits_of
 
 #: What the lines of the second output are, by LineClass.
 LINE_CLASSES = ("ridge", "boundary", "non_manifold")
@@ -26,7 +27,9 @@ class FeatureDetection(Filter):
     second output, ``lines``, holds the ridge lines as polylines from corner to corner or round closed
     loops, with the cell arrays ``LineClass`` (uint8: 0 ridge, 1 boundary, 2 non-manifold) and ``Length``,
     and the point arrays ``PointIds`` (the points' numbers in the mesh) and ``FeatureClass``. Boundary and
-    non-manifold edges are ridges. Smoothing filters can hold these features or slide along them.
+    non-manifold edges are ridges. Edges that the field arrays ``AddedFeatureEdges`` and
+    ``RemovedFeatureEdges`` name, as pairs of points, are or are no ridges, whatever their angle: lines
+    given by hand. Smoothing filters can hold these features or slide along them.
 
     Guarantees
     ----------
@@ -68,6 +71,8 @@ class FeatureDetection(Filter):
         "Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float,
     )  # fmt: skip
+    added_edges = SmoothingFilter.added_edges
+    removed_edges = SmoothingFilter.removed_edges
     weight = Parameter(
         "area",
         "What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).",
@@ -95,6 +100,9 @@ class FeatureDetection(Filter):
             ridge_angle=self.ridge_angle, corner_angle=self.corner_angle,
             weight=self.weight, denoise=self.denoise,
         )  # fmt: skip
+        edits = edits_of(self, source)
+        if edits is not None:
+            found = edited(found, mesh, near, *edits)
         self.progress(0.8, "joining lines")
         output = output_like(source)
         data = output.GetPointData()

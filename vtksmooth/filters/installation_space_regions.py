@@ -15,9 +15,7 @@ from .arrays import vtk_array
 from .base import Filter, output_like
 from .parameter import Parameter
 from .signed_distance import opened, used_points
-from .smoothing import FIXED
-
-BLEND_WEIGHT = "BlendWeight"
+from .smoothing import BLEND_WEIGHT, FIXED
 
 
 class InstallationSpaceRegions(Filter):

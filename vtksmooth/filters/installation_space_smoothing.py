@@ -19,11 +19,11 @@ from ..kernels.signed_distance import SignedDistanceTree
 from ..report import InstallationSpaceReport
 from .arrays import points_of, vtk_array
 from .base import add_field
-from .installation_space_regions import BLEND_WEIGHT, InstallationSpaceRegions, classify
+from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import AUTO, CONSTRAINTS, Parameter
 from .signed_distance import opened, touching_distance, used_points
-from .smoothing import FIXED
+from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
 from .valence_triangulation import ValenceTriangulation
 
 
@@ -76,6 +76,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         type=str,
         group=CONSTRAINTS,
     )
+    blend = SmoothingFilter.blend.with_default(None)
     scheme = Parameter(
         "pairwise",
         "Scheme; only pairwise keeps the volume.",
@@ -117,6 +118,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         space = given.tree
         contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
         fixed, weights, summary = classify(before, space, contact, self.blend_rings)
+        fixed, weights = self._with_given(source, fixed, weights)
         triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
         triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
         self._constraints = self._made(weights, space, tolerance)
@@ -146,6 +148,23 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         add_field(output, "SweptVolume", report.swept_volume)
         self.progress(1.0)
         return output
+
+    def _with_given(
+        self, source: Any, fixed: npt.NDArray[np.uint8], weights: npt.NDArray[np.float64]
+    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64]]:
+        """Return the regions with those that the input gives by the arrays named."""
+        held = super().held_points(source)
+        given = super().weights_of_steps(source, held)
+        if held is not None:
+            fixed = (fixed | (held != 0)).astype(np.uint8)
+            weights = np.where(held != 0, 0.0, weights)
+        return fixed, weights if given is None else weights * given
+
+    def held_points(self, source: Any) -> None:
+        """Return None: points that the input fixes have the weight 0."""
+
+    def weights_of_steps(self, source: Any, held: Any) -> None:
+        """Return None: what the input gives has gone into the weights of the regions."""
 
     def _made(
         self, weights: npt.NDArray[np.float64], space: SignedDistanceTree, tolerance: float

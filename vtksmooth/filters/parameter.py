@@ -46,6 +46,8 @@ class Parameter:
         Integers that stand for choices, where VTK has such a convention.
     group : str, optional
         What it belongs to where forms and help texts list it; empty: to what makes the filter.
+    text : str
+        What a str is that is no array's name, in a word; the help says how it is written.
 
     Examples
     --------
@@ -77,10 +79,11 @@ class Parameter:
         type: type | None = None,
         codes: Mapping[int, str] | None = None,
         group: str = "",
+        text: str = "",
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
-        self.automatic, self.group = automatic, group
+        self.automatic, self.group, self.text = automatic, group, text
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 
@@ -130,7 +133,7 @@ class Parameter:
         elif self.type is bool:
             words = "true or false"
         elif self.type is str:
-            words = "a name"
+            words = self.text or "a name"
         elif self.low is not None and self.high is not None:
             words = f"from {self.low:g} to {self.high:g}{unit}"
         elif self.low is not None:

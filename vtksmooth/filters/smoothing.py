@@ -10,10 +10,11 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..errors import InvalidMeshError, ParameterError, VtksmoothError
-from ..kernels import loop, measure
+from ..kernels import adjacency, loop, measure
 from ..kernels.adjacency import Adjacency
 from ..kernels.constraints import Constraint
 from ..kernels.constraints.back_to_surface import BackToSurface
+from ..kernels.constraints.blend import Blend
 from ..kernels.constraints.boundary import Boundary
 from ..kernels.constraints.creases import Creases
 from ..kernels.constraints.deviation_bound import DeviationBound
@@ -23,16 +24,20 @@ from ..kernels.constraints.local_volume import LocalVolume
 from ..kernels.constraints.no_inversion import NoInversion
 from ..kernels.constraints.null_space import NullSpace
 from ..kernels.constraints.tangent_plane import TangentPlane
+from ..kernels.feature_edges import edited
 from ..kernels.features import Features, detect
 from ..kernels.mesh import Mesh
 from ..kernels.schemes import Scheme
 from ..report import RunReport
-from .arrays import point_array, point_array_names, points_of, surface_of, vtk_points
+from .arrays import edge_array, point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field, output_like
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, STOP_RULES, Parameter
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
+
+#: Array that says how much of its steps a point takes, when it is there and no other is named.
+BLEND_WEIGHT = "BlendWeight"
 
 #: Array that bounds displacements when it is there and no other is named: that of VTK's
 #: vtkConstrainedSmoothingFilter.
@@ -40,6 +45,28 @@ MAX_DISPLACEMENT = "SmoothingConstraints"
 
 #: Arrays that say what the features are, when both are there.
 FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
+
+#: Field arrays of edges that are features, or none, whatever the detection says.
+ADDED_EDGES, REMOVED_EDGES = "AddedFeatureEdges", "RemovedFeatureEdges"
+
+
+def edits_of(algorithm: Any, source: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]] | None:
+    """Return the edges added and removed by hand, (k, 2) each; None where there are none.
+
+    Parameters
+    ----------
+    algorithm : Filter
+        Has the parameters `added_edges` and `removed_edges`.
+    source : vtkPolyData
+    """
+    edits = []
+    for parameter in ("added_edges", "removed_edges"):
+        name = getattr(algorithm, parameter)
+        pairs = None if name is None else edge_array(source, name)
+        if pairs is None and name not in (None, ADDED_EDGES, REMOVED_EDGES):
+            raise ParameterError(f"{parameter}: there is no field array {name!r}.")
+        edits.append(np.empty((0, 2), np.int64) if pairs is None else pairs)
+    return (edits[0], edits[1]) if any(len(pairs) for pairs in edits) else None
 
 
 class SmoothingFilter(Filter):
@@ -54,6 +81,10 @@ class SmoothingFilter(Filter):
     iterations = Parameter(10, "Most iterations to do.", low=0)
     fixed = Parameter(
         FIXED, "Point array that is nonzero at points that must not move; absent, none is held.",
+        optional=True, type=str, group=CONSTRAINTS,
+    )  # fmt: skip
+    blend = Parameter(
+        BLEND_WEIGHT, "Point array of the part of each step that a point takes, 0 to 1; absent, all of it.",
         optional=True, type=str, group=CONSTRAINTS,
     )  # fmt: skip
     max_displacement = Parameter(
@@ -84,6 +115,14 @@ class SmoothingFilter(Filter):
     corner_angle = Parameter(
         AUTO, "Turning angle from which a ridge or a cone has a corner, where no arrays say it.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS,
+    )  # fmt: skip
+    added_edges = Parameter(
+        ADDED_EDGES, "Field array of pairs of points: edges that are ridges, whatever their angle.",
+        optional=True, type=str, group=CONSTRAINTS,
+    )  # fmt: skip
+    removed_edges = Parameter(
+        REMOVED_EDGES, "Field array of pairs of points: edges that are no ridges, whatever their angle.",
+        optional=True, type=str, group=CONSTRAINTS,
     )  # fmt: skip
     crease_angle = Parameter(
         None, "Edges with a dihedral angle above this stay above it.",
@@ -175,6 +214,9 @@ class SmoothingFilter(Filter):
     tangent_plane: Any = False
     back_to_surface: Any = False
 
+    #: Weights that the input gives, see `blend`.
+    _weights: npt.NDArray[Any] | None = None
+
     def make_constraints(self, diagonal: float) -> list[Constraint]:
         """Return the constraints that dispose, the gate last: it judges what the others have left."""
         constraints: list[Constraint] = []
@@ -186,6 +228,8 @@ class SmoothingFilter(Filter):
         # In the null space ridges slide as it is.
         if self.features == "hold" or (self.features == "slide" and not self.null_space):
             constraints.append(FeatureLines(sliding=self.features == "slide"))
+        if self._weights is not None:
+            constraints.append(Blend(self._weights))
         if self.back_to_surface:
             constraints.append(BackToSurface())
         if self.max_deviation_fraction is not None:
@@ -218,14 +262,16 @@ class SmoothingFilter(Filter):
         surface = surface_of(source)
         diagonal = surface.mesh.diagonal
         self.read_arrays(source)
+        held = self.held_points(source)
+        self._weights = self.weights_of_steps(source, held)
         points, report = loop.smooth(
             surface.mesh,
             self.make_scheme(),
             self.make_constraints(diagonal),
             iterations=self.iterations,
-            fixed=self._point_array(source, "fixed"),
+            fixed=held,
             max_displacement=self._distances(source),
-            find_features=self._given_features(source) or self._find_features,
+            find_features=self._features(source, surface.mesh),
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
             watched=bool(self.HasObserver("ProgressEvent")),
@@ -249,13 +295,22 @@ class SmoothingFilter(Filter):
         self.report = report
         return output
 
+    def held_points(self, source: Any) -> npt.NDArray[Any] | None:
+        """Return what is nonzero at points that must not move, or None."""
+        return self._point_array(source, "fixed")
+
+    def weights_of_steps(self, source: Any, held: npt.NDArray[Any] | None) -> npt.NDArray[Any] | None:
+        """Return the part of each step that a point takes; None where those that may move take all of it."""
+        weights = self._point_array(source, "blend")
+        if weights is None or ((weights if held is None else weights[held == 0]) == 1.0).all():
+            return None
+        return weights
+
     def _point_array(self, source: Any, parameter: str) -> npt.NDArray[Any] | None:
         """Return the array that a parameter names; an array with the default's name need not be there."""
         name = getattr(self, parameter)
-        if name is None:
-            return None
-        array = point_array(source, name)
-        if array is None and name != self.parameters()[parameter].default:
+        array = None if name is None else point_array(source, name)
+        if array is None and name is not None and name != self.parameters()[parameter].default:
             names = ", ".join(point_array_names(source)) or "no arrays"
             raise ParameterError(f"{parameter}: there is no point array {name!r}; the mesh has: {names}.")
         return array
@@ -267,6 +322,17 @@ class SmoothingFilter(Filter):
                 f"The point array {self.max_displacement!r} must hold distances, 0 or more at every point."
             )
         return distances
+
+    def _features(self, source: Any, mesh: Mesh) -> loop.FindFeatures:
+        """Return the features, where the input says something of them, or what finds them."""
+        given = self._given_features(source)
+        if self.features == "ignore" and not self.null_space:
+            return given or self._find_features
+        edits = edits_of(self, source)
+        if edits is None:
+            return given or self._find_features
+        near = adjacency.build(mesh)
+        return edited(given or self._find_features(mesh, near), mesh, near, *edits)
 
     def _given_features(self, source: Any) -> Features | None:
         classes = point_array(source, FEATURE_CLASS)

@@ -1,16 +1,78 @@
-"""Clean and noisy parts of a mesh, and the transition between them (paper B, section 4.2)."""
+"""Regions of a mesh: marked vertices grown, shrunk and softened, connected parts, and paper B's blending."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from . import parallel
-from .adjacency import one_rings, vertex_corners
-from .compiled import kernel
+from .adjacency import Adjacency, edges, one_rings, vertex_corners
+from .compiled import device, kernel
 from .mesh import Mesh
 
+Bool = npt.NDArray[np.bool_]
 Float64 = npt.NDArray[np.float64]
+Int32 = npt.NDArray[np.int32]
+
+
+class Rings(NamedTuple):
+    """One-rings as compressed rows: the neighbours of v are ``ring[ring_offsets[v]:ring_offsets[v + 1]]``."""
+
+    ring_offsets: Int32
+    ring: Int32
+
+
+def rings_of(mesh: Mesh) -> Rings:
+    """Return the one-rings of all vertices."""
+    rows, _, _, after, before = vertex_corners(mesh)
+    ring_offsets, ring, _, _ = one_rings(rows, after, before)
+    return Rings(ring_offsets, ring)
+
+
+@kernel
+def _spread(starts, ends, ring_offsets, ring, before, after):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            after[v] = before[v]
+            for r in range(ring_offsets[v], ring_offsets[v + 1]):
+                after[v] |= before[ring[r]]
+
+
+def grown(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
+    """Return the vertices that are at most `steps` edges from a marked one.
+
+    Parameters
+    ----------
+    rings : Rings
+    marked : (n,) array_like
+        Nonzero at marked vertices.
+    steps : int
+
+    Returns
+    -------
+    (n,) bool
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels.mesh import Mesh
+    >>> strip = Mesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    >>> grown(rings_of(strip), [1, 0, 0, 0], 1).tolist()
+    [True, True, False, True]
+    """
+    old: Bool = np.ascontiguousarray(marked) != 0
+    new = np.empty_like(old)
+    for _ in range(steps):
+        parallel.run(_spread, *parallel.ranges(len(old)), rings.ring_offsets, rings.ring, old, new)
+        old, new = new, old
+    return old
+
+
+def shrunk(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
+    """Return the marked vertices that are more than `steps` edges from every vertex that is not marked."""
+    left = np.asarray(~grown(rings, np.asarray(marked) == 0, steps))
+    return left
 
 
 @kernel
@@ -55,10 +117,112 @@ def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
     [1.0, 0.5, 0.0, 0.5]
     """
     held = np.ascontiguousarray(fixed) != 0
-    rows, _, _, after, before = vertex_corners(mesh)
-    ring_offsets, ring, _, _ = one_rings(rows, after, before)
+    rings = rings_of(mesh)
     old, new = np.where(held, 0.0, 1.0), np.empty(mesh.n_points)
     for _ in range(steps):
-        parallel.run(_diffuse, *parallel.ranges(mesh.n_points), ring_offsets, ring, held, old, new)
+        parallel.run(_diffuse, *parallel.ranges(mesh.n_points), *rings, held, old, new)
         old, new = new, old
     return old
+
+
+@device
+def _root(parent, v):  # type: ignore[no-untyped-def]
+    while parent[v] != v:
+        parent[v] = parent[parent[v]]
+        v = parent[v]
+    return v
+
+
+@device
+def _join(parent, v, w):  # type: ignore[no-untyped-def]
+    # The smaller number is the root: then a part is named after its first member, in whatever order.
+    a = _root(parent, v)
+    b = _root(parent, w)
+    parent[max(a, b)] = min(a, b)
+
+
+@kernel
+def _label_points(offsets, connectivity, parent):  # type: ignore[no-untyped-def]
+    for f in range(offsets.size - 1):
+        for c in range(offsets[f] + 1, offsets[f + 1]):
+            _join(parent, connectivity[c - 1], connectivity[c])
+    for v in range(parent.size):
+        parent[v] = _root(parent, v)
+
+
+def components(mesh: Mesh) -> Int32:
+    """Return for each point the number of the first point of its connected component, (n,) int32.
+
+    Two points are connected that are corners of one face. A point that no face uses is a component.
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels.mesh import Mesh
+    >>> two = Mesh.from_faces([[x, y, 0] for x in range(3) for y in range(2)], [[0, 1, 2], [5, 4, 3]])
+    >>> components(two).tolist()
+    [0, 0, 0, 3, 3, 3]
+    """
+    parent = np.arange(mesh.n_points, dtype=np.int32)
+    _label_points(mesh.offsets, mesh.connectivity, parent)
+    return parent
+
+
+@kernel
+def _label_faces(faces, crossed, parent):  # type: ignore[no-untyped-def]
+    for e in range(faces.shape[0]):
+        if crossed[e] and faces[e, 0] >= 0 and faces[e, 1] >= 0:
+            _join(parent, faces[e, 0], faces[e, 1])
+    for f in range(parent.size):
+        parent[f] = _root(parent, f)
+
+
+def patches(near: Adjacency, lines: npt.NDArray[np.integer]) -> Int32:
+    """Return for each face the number of the first face of its patch, (m,) int32.
+
+    Patches are what lines cut a surface into: faces with a common edge belong to one patch, unless the
+    edge is one of `lines`, has more than two faces, or faces that disagree on the orientation.
+
+    Parameters
+    ----------
+    near : Adjacency
+    lines : (r, 2) int array
+        Edges, as pairs of points.
+    """
+    ends, faces = edges(near)
+    on_lines = np.zeros(len(near.border), np.bool_)
+    on_lines[lines] = True
+    # Few edges have both ends on lines; only those are looked up.
+    candidates = np.flatnonzero(on_lines[ends].all(axis=1))
+    crossed = np.ones(len(ends), np.bool_)
+    crossed[candidates] = ~np.isin(
+        edge_numbers(ends[candidates], len(near.border)), edge_numbers(lines, len(near.border))
+    )
+    parent = np.arange(len(near.offsets) - 1, dtype=np.int32)
+    _label_faces(faces, crossed, parent)
+    return parent
+
+
+def edge_numbers(pairs: npt.NDArray[np.integer], n: int) -> npt.NDArray[np.int64]:
+    """Return one number for each edge between two of n points, whichever of its ends is named first."""
+    wide = pairs.astype(np.int64)
+    return np.asarray(wide.min(axis=1) * n + wide.max(axis=1))
+
+
+@kernel
+def _marked_faces(starts, ends, offsets, connectivity, marked, found):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            every = offsets[f + 1] > offsets[f]
+            for c in range(offsets[f], offsets[f + 1]):
+                every = every and marked[connectivity[c]] != 0
+            found[f] = every
+
+
+def marked_faces(mesh: Mesh, marked: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """Return the faces whose corners are all marked, in rising order."""
+    found = np.empty(mesh.n_faces, np.bool_)
+    parallel.run(
+        _marked_faces, *parallel.ranges(mesh.n_faces), mesh.offsets, mesh.connectivity,
+        np.ascontiguousarray(marked) != 0, found,
+    )  # fmt: skip
+    return np.flatnonzero(found)

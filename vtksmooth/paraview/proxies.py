@@ -91,7 +91,7 @@ def _value(parameter: Parameter, pushed: dict[str, Any]) -> Any:
     if parameter.choices:
         return _choices(parameter)[given][0]
     if parameter.type is str:
-        return None if given in (None, NONE) else given
+        return None if given in (None, NONE, "") else given
     if parameter.optional and not pushed.get(f"{name}:use", parameter.default is not None):
         return None
     if parameter.automatic and pushed.get(f"{name}:auto", parameter.default == AUTO):
@@ -115,7 +115,7 @@ def _number(parameter: Parameter) -> Any:
     if parameter.choices:
         return [value for value, _ in _choices(parameter)].index(default)
     if parameter.type is str:
-        return NONE if default is None else default
+        return ("" if parameter.text else NONE) if default is None else default
     if default is None or default == AUTO:
         # Off, or chosen by the filter: the number that waits behind the box.
         return parameter.type(parameter.low or 0)
@@ -171,6 +171,8 @@ def _add_parameter(root: Any, cls: type[Filter], parameter: Parameter) -> None:
             SubElement(domain, "Entry", text=entry, value=str(index))
     elif parameter.type is str:
         element = _add_property(root, "String", camel, name, _number(parameter), text, shown)
+        if parameter.text:
+            return
         domain = SubElement(
             element, "ArrayListDomain", name="array_list", none_string=NONE, input_domain_name="point_arrays"
         )

@@ -1,0 +1,143 @@
+"""Points and lines as texts, so that recipes, command lines and scripts can name them.
+
+Points are numbers and ranges, ``0-14,20``; of very many, scattered ones the text is their bits instead. Lines
+are chains of points that follow each other, ``3-17-19,40-41``.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import zlib
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ParameterError
+
+Int64 = npt.NDArray[np.int64]
+
+#: All points.
+ALL = "all"
+_BITS = "bits:"
+#: From this many ranges on bits are tried, which are shorter then.
+_MANY = 200
+
+
+def format_points(points: npt.ArrayLike) -> str:
+    """Return point numbers as a text; see :func:`parse_points`.
+
+    Examples
+    --------
+    >>> format_points([4, 5, 6, 9])
+    '4-6,9'
+    """
+    numbers = np.unique(np.asarray(points, dtype=np.int64))
+    breaks = np.flatnonzero(np.diff(numbers) != 1)
+    first = numbers[np.concatenate(([0], breaks + 1))] if len(numbers) else numbers
+    last = numbers[np.concatenate((breaks, [-1]))] if len(numbers) else numbers
+    if len(first) >= _MANY:
+        marked = np.zeros(numbers[-1] + 1, np.bool_)
+        marked[numbers] = True
+        packed = zlib.compress(np.packbits(marked, bitorder="little").tobytes())
+        bits = _BITS + base64.urlsafe_b64encode(packed).decode()
+        if len(bits) < len(str(numbers[-1])) * len(first):
+            return bits
+    ranges = zip(first.tolist(), last.tolist(), strict=True)
+    return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in ranges)
+
+
+def parse_points(name: str, text: str, n: int) -> Int64:
+    """Return the points that a text names, in rising order.
+
+    Parameters
+    ----------
+    name : str
+        Name of the parameter, for the message.
+    text : str
+        Numbers from 0 and ranges of them, "0-14,20"; "all"; or what :func:`format_points` made.
+    n : int
+        How many points there are.
+
+    Raises
+    ------
+    ParameterError
+        The text is written otherwise, or there is no such point.
+
+    Examples
+    --------
+    >>> parse_points("fix", "4-6,9", 10).tolist()
+    [4, 5, 6, 9]
+    """
+    if text == ALL:
+        return np.arange(n)
+    try:
+        numbers = _bits(text.removeprefix(_BITS)) if text.startswith(_BITS) else _ranges(text)
+    except (ValueError, binascii.Error, zlib.error):
+        raise ParameterError(
+            f"{name} must be numbers of points and ranges of them, as 0-14,20, not {_short(text)}."
+        ) from None
+    _check_numbers(name, numbers, n)
+    return numbers
+
+
+def _ranges(text: str) -> Int64:
+    parts = []
+    for word in text.split(","):
+        first, _, last = word.partition("-")
+        begin, end = int(first), int(last or first)
+        if begin > end:
+            raise ValueError(word)
+        parts.append((begin, end))
+    if max(end for _, end in parts) > np.iinfo(np.int32).max:
+        raise ValueError(text)
+    return np.unique(np.concatenate([np.arange(begin, end + 1) for begin, end in parts]))
+
+
+def _bits(text: str) -> Int64:
+    packed = np.frombuffer(zlib.decompress(base64.urlsafe_b64decode(text)), np.uint8)
+    return np.flatnonzero(np.unpackbits(packed, bitorder="little"))
+
+
+def format_lines(lines: Iterable[npt.ArrayLike]) -> str:
+    """Return chains of points as a text; see :func:`parse_lines`."""
+    return ",".join("-".join(str(int(point)) for point in np.asarray(line)) for line in lines)
+
+
+def parse_lines(name: str, text: str, n: int) -> Int64:
+    """Return the edges of the lines that a text names, (k, 2).
+
+    Raises
+    ------
+    ParameterError
+        The text is written otherwise, or there is no such point.
+
+    Examples
+    --------
+    >>> parse_lines("add_lines", "3-1-2,7-8", 9).tolist()
+    [[3, 1], [1, 2], [7, 8]]
+    """
+    try:
+        chains = [np.array([int(word) for word in line.split("-")]) for line in text.split(",")]
+        if min(len(chain) for chain in chains) < 2:
+            raise ValueError(text)
+    except (ValueError, OverflowError):
+        raise ParameterError(
+            f"{name} must be chains of points, as 3-17-19,40-41, not {_short(text)}."
+        ) from None
+    pairs = np.concatenate([np.column_stack((chain[:-1], chain[1:])) for chain in chains])
+    _check_numbers(name, pairs.ravel(), n)
+    return pairs
+
+
+def _check_numbers(name: str, numbers: Int64, n: int) -> None:
+    if len(numbers) and not (numbers.min() >= 0 and numbers.max() < n):
+        wrong = numbers.max() if numbers.min() >= 0 else numbers.min()
+        raise ParameterError(
+            f"{name}: there is no point {wrong}; the points of this mesh are numbered 0 to {n - 1}."
+        )
+
+
+def _short(text: str) -> str:
+    return repr(text if len(text) <= 40 else f"{text[:40]}…")
