@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import pyvista
@@ -80,6 +81,13 @@ def _name_what_is_outside(app: Any, page: str, source: list[str]) -> None:
         source[0] = re.sub(r"\[[^]]+\]\(\.\./([^)]+)\)", r"`\1`", source[0])
 
 
+def _need_no_network(app: Any, error: Exception | None) -> None:
+    loaded = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//[^"]*')
+    for page in Path(app.outdir).rglob("*.html"):
+        if found := loaded.search(page.read_text(encoding="utf-8")):
+            raise ExtensionError(f"{page.name} loads from outside: {found[0]}")
+
+
 def _mathml(node: nodes.math | nodes.math_block, as_block: bool) -> str:
     try:
         return tex2mathml(node.astext(), as_block=as_block)
@@ -93,11 +101,12 @@ def _inline(translator: Any, node: nodes.math) -> None:
 
 
 def _block(translator: Any, node: nodes.math_block) -> None:
-    translator.body.append(f'<div class="math">{_mathml(node, as_block=True)}</div>')
+    translator.body.append(f'<div class="formula">{_mathml(node, as_block=True)}</div>')
     raise nodes.SkipNode
 
 
 def setup(app: Any) -> None:
     """Write formulae as MathML, which browsers show without a script from elsewhere."""
     app.connect("source-read", _name_what_is_outside)
+    app.connect("build-finished", _need_no_network)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

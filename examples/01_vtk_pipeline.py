@@ -12,6 +12,7 @@ as with any VTK filter.
 
     python examples/01_vtk_pipeline.py
 """
+# sphinx_gallery_thumbnail_path = "pictures/demo_channels.png"
 
 from __future__ import annotations
 

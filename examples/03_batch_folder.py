@@ -11,6 +11,7 @@ Results are written beside each other into the output folder; the table tells wh
 The exit status is 1 when a file of yours failed. On the command line, the recipe that is written into the
 output folder does the same: vtksmooth run smooth.json FOLDER --output FOLDER
 """
+# sphinx_gallery_thumbnail_path = "pictures/demo_airplane.png"
 
 from __future__ import annotations
 

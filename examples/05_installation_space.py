@@ -12,6 +12,7 @@ volume or leaving the space, and checks the result independently.
 
     python examples/05_installation_space.py
 """
+# sphinx_gallery_thumbnail_path = "pictures/app_contained.png"
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ edges = np.linspace(0, 1, 11)
 for name, mesh, colour in (("before", before, "#d95f02"), ("after", after, "#08519c")):
     shares = 100 * np.histogram(mesh["AspectRatio"], edges)[0] / mesh.n_cells
     chart.line(np.repeat(edges, 2)[1:-1], np.repeat(shares, 2), color=colour, width=3.0, label=name)
-chart.legend_visible = True
+chart.y_range = (0, 70)
 plotter.add_chart(chart)
 plotter.show()
 

@@ -52,7 +52,7 @@ for i, (name, mesh) in enumerate(measured.items()):
     plotter.add_text(name, position=(0.02, 0.93), viewport=True, font_size=10)
 plotter.link_views()
 plotter.view_vector((1.0, -1.0, 0.6))
-plotter.camera.zoom(2.0)
+plotter.camera.zoom(1.2)
 plotter.show()
 
 # %%
