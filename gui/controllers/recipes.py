@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog
 
 from vtksmooth.errors import Cancelled, RecipeError, VtksmoothError
-from vtksmooth.files import atomic, read_surface
+from vtksmooth.files import atomic
 from vtksmooth.filters.arrays import point_array_names
 from vtksmooth.pages.measures import measure
 from vtksmooth.pages.page import Page, make_page, said
@@ -22,7 +23,8 @@ from vtksmooth.recipe import Apply, Recipe
 from ..model.document import Document
 from ..model.draft import Draft
 from ..model.layer import Layer
-from ..model.state import Source, State
+from ..model.replay import Replay
+from ..model.state import Source
 from ..settings import Settings
 from ..views.filter_form import title
 from ..views.main_window import MainWindow
@@ -52,53 +54,25 @@ def report_maker(layer: Layer) -> Callable[[Apply], Page]:
     return make
 
 
-class _Replay:
-    """A recipe that is to be run on a layer, from the first step on whose result is not known."""
+def work_of(replay: Replay) -> Callable[[Context], Replay]:
+    """Return what a worker has to do for a replay: with progress, and errors that name the step."""
 
-    def __init__(self, layer: Layer, recipe: Recipe, sources: Mapping[Source, State], document: Document):
-        self.layer, self.recipe, self.state = layer, recipe, layer.state
-        self.sources = dict(sources)
-        self.first, self.begin = document.reached(layer, recipe, sources)
-        self.todo = [index for index, _ in recipe.enabled if index >= self.first]
-        self.states: list[State] = []
-
-    def work(self, context: Context) -> _Replay:
-        """Run it; `states` gets what the steps make."""
-        recipe = self.recipe
-        for source in recipe.sources:
-            if source not in self.sources:
-                assert isinstance(source, Path)
-                context.tell(0.0, f"reading {source.name}")
-                self.sources[source] = State.of(read_surface(source)[0])
-        began = 0
+    def work(context: Context) -> Replay:
+        steps, todo, count = replay.recipe.steps, iter(replay.todo), itertools.count()
 
         def apply(algorithm: Any, *meshes: Any) -> None:
-            nonlocal began
-            index = self.todo[began]
-            context.part(began, len(self.todo), f"step {index + 1} of {len(recipe)}")
-            began += 1
+            index = next(todo)
+            context.part(next(count), len(replay.todo), f"step {index + 1} of {len(steps)}")
             try:
                 context.run(algorithm, *meshes)
             except Cancelled:
                 raise
             except VtksmoothError as error:
-                raise RecipeError(f"Step {index + 1}, {title(recipe.steps[index].cls)}: {error}") from error
+                raise RecipeError(f"Step {index + 1}, {title(steps[index].cls)}: {error}") from error
 
-        did = [*self.begin.did[: self.first]]
-        did += [""] * (len(recipe) - len(did))
-        meshes = {source: state.input() for source, state in self.sources.items()}
-        for result in recipe.results(
-            self.layer.opened.input(), meshes, start=self.first, current=self.begin.input(), apply=apply
-        ):
-            did[result.index] = said(result.algorithm)
-            self.states.append(self._state(result.outputs[0], result.index + 1, did))
-        last = self.states.pop() if self.states else self.begin
-        self.states.append(self._state(last.mesh, len(recipe), did))
-        return self
+        return replay.run(apply, said)
 
-    def _state(self, mesh: Any, steps: int, did: list[str]) -> State:
-        recipe = Recipe(self.recipe.steps[:steps])
-        return State.of(mesh, self.begin, recipe=recipe, sources=self.sources, did=tuple(did[:steps]))
+    return work
 
 
 class Recipes(QObject):
@@ -189,7 +163,8 @@ class Recipes(QObject):
         except RecipeError as error:
             self._window.notification.say(explain(error), "warning")
             return None
-        job = self._jobs.start("apply", _Replay(layer, self.draft.recipe, sources, self._document).work)
+        replay = Replay(self._document, layer, self.draft.recipe, sources)
+        job = self._jobs.start("apply", work_of(replay))
         job.progressed.connect(self._list.set_progress)
         job.progressed.connect(self._window.filters.set_progress)
         job.done.connect(self._ran)
@@ -198,10 +173,10 @@ class Recipes(QObject):
         return job
 
     @Slot(object)
-    def _ran(self, replay: _Replay) -> None:
+    def _ran(self, replay: Replay) -> None:
         self._end_progress()
         layer = replay.layer
-        if layer.state is not replay.state:
+        if layer.state is not replay.before:
             self._window.notification.say("The mesh has changed meanwhile; nothing was run.", "warning")
             return
         count = len(replay.todo)

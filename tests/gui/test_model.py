@@ -18,6 +18,7 @@ from vtksmooth_gui.model.document import Document  # noqa: E402
 from vtksmooth_gui.model.draft import Draft  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
+from vtksmooth_gui.model.replay import Replay  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
 
@@ -201,6 +202,57 @@ def test_running_again_begins_where_nothing_has_changed(change):
     for result in wanted.results(layer.opened.mesh, start=first, current=begin.mesh):
         mesh = result.mesh
     assert np.array_equal(pv.wrap(mesh).points, pv.wrap(wanted.run(layer.opened.mesh)).points)
+
+
+def replay(document, layer, recipe):
+    made = Replay(document, layer, recipe, {})
+    made.run(LaplacianSmoothing.__call__, lambda filter: f"{filter.iterations}")
+    document.replay(layer, made.states, "")
+    return made.todo
+
+
+def test_what_a_step_did_goes_with_it():
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    recipe = Recipe([RecipeStep("laplacian", {"iterations": i}) for i in (1, 2)])
+    assert replay(document, layer, recipe) == [0, 1]
+    assert layer.state.did == ("1", "2")
+    off = RecipeStep("laplacian", {"iterations": 3}, enabled=False)
+    assert replay(document, layer, recipe.added(off, 0)) == []
+    assert layer.state.did == ("", "1", "2")
+    assert replay(document, layer, recipe.added(off, 0).changed(2, iterations=4)) == [2]
+    assert layer.state.did == ("", "1", "4")
+
+
+@given(st.data())
+def test_whatever_is_done_a_state_is_what_its_recipe_makes(data):
+    document = Document()
+    layer = document.open(sphere(), Path("a.ply"))
+    draft = Draft(document)
+    document.set_memory_limit(data.draw(st.sampled_from([0, 3, 100])) * layer.opened.n_points * 12)
+    for _ in range(data.draw(st.integers(1, 8))):
+        action = data.draw(st.sampled_from(["smooth", "edit", "edit", "run", "run", "undo", "redo"]))
+        count = len(draft.recipe)
+        if action == "smooth":
+            smooth(document, layer, data.draw(st.integers(1, 3)))
+        elif action == "edit":
+            kinds = [("added",), *(one for one in EDITS if len(one) > 1 and max(one[1:]) < count)]
+            draft.set(edit(draft.recipe, *data.draw(st.sampled_from(kinds))))
+        elif action == "run":
+            replay(document, layer, draft.recipe)
+            draft.drop(layer)
+        elif action == "undo":
+            document.undo()
+        else:
+            document.redo()
+        state = layer.state
+        if state is None:
+            document.redo()
+            continue
+        assert np.array_equal(state.points, pv.wrap(state.recipe.run(layer.opened.mesh)).points)
+        for step, did in zip(state.recipe.steps, state.did, strict=True):
+            assert did in ("", f"{step.make().iterations}")
+            assert not did or step.enabled
 
 
 def test_other_meshes_are_other_results():
