@@ -41,6 +41,7 @@ from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.signed_distance import SignedDistance
 from vtksmooth.kernels import adjacency, measure, triangulate
+from vtksmooth.kernels.crossings import crossing_triangles
 from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.signed_distance import SignedDistanceTree
 
@@ -446,8 +447,8 @@ def parts(page: list[str], data: Path, folder: Path) -> None:
         meshes += [(f"{kind}, voxels", skin), (f"{kind}, smoothed", result)]
     page += ["## Real parts, filled with voxels", ""]
     page += [
-        f"All voxels (of the part's diagonal over {', '.join(str(cells) for *_, cells in PARTS)}) whose "
-        "corners lie inside the part, which is their installation space; 20 iterations. Relative: the volume "
+        f"All voxels (of the part's diagonal over {', '.join(str(cells) for *_, cells in PARTS)}) that are "
+        "inside the part, which is their installation space; 20 iterations. Relative: the volume "
         "swept over the volume. Fold: mean angle at edges. Held: points where voxels touch along edges. "
         "Outside (points) and crossing (triangles): before as InstallationSpaceSmoothing counts them, after "
         "as ContainmentCheck does.",
@@ -470,7 +471,7 @@ def parts(page: list[str], data: Path, folder: Path) -> None:
 
 
 def _filling(space: SignedDistance, cells: int) -> pv.PolyData:
-    """Return the skin of the voxels whose corners are all inside; that many of them along the diagonal."""
+    """Return the skin of the voxels that are inside as a whole; that many of them along the diagonal."""
     size = space.mesh.diagonal / cells
     low, high = space.mesh.points.min(axis=0), space.mesh.points.max(axis=0)
     counts = np.ceil((high - low) / size).astype(int) + 1
@@ -479,7 +480,20 @@ def _filling(space: SignedDistance, cells: int) -> pv.PolyData:
     for axis in range(3):
         first, second = (np.take(inside, range(a, a + inside.shape[axis] - 1), axis) for a in (0, 1))
         inside = first & second
-    return samples.voxel_skin(inside, low, size)
+    while True:
+        skin = samples.voxel_skin(inside, low, size)
+        mesh = _mesh(skin)
+        triangles, square = triangulate.triangulate(mesh)
+        crossing = crossing_triangles(
+            mesh.points, triangles, space.tree.surface, space.tree(mesh.points), 1e-6 * space.mesh.diagonal
+        )
+        if not crossing.any():
+            return skin
+        # A corner of the part comes into these, between their corners: away with the voxels behind.
+        faces = mesh.connectivity.reshape(-1, 4)[np.unique(square[crossing])]
+        a, b, c = (mesh.points[faces[:, i]] for i in range(3))
+        behind = 0.5 * (a + c) - 0.5 * np.cross(b - a, c - b) / size
+        inside[tuple(np.floor((behind - low) / size).astype(int).T)] = False
 
 
 def file_to_file(page: list[str], tube: float, ring: float) -> None:

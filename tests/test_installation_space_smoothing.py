@@ -1,6 +1,8 @@
 """The whole chain: contained, volume kept, clean parts untouched, and what is bad is said."""
 
 import json
+import os
+from pathlib import Path
 
 import meshes
 import numpy as np
@@ -19,6 +21,7 @@ from vtksmooth import (
     samples,
 )
 from vtksmooth.cli import main
+from vtksmooth.files import read_surface
 from vtksmooth.filters.signed_distance import SignedDistance
 from vtksmooth.kernels import loop
 from vtksmooth.kernels.constraints.blend import Blend
@@ -28,6 +31,8 @@ from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.pairwise import Pairwise
 from vtksmooth.kernels.schemes.umbrella import Umbrella
 from vtksmooth.kernels.signed_distance import SignedDistanceTree
+
+DATA = os.environ.get("VTKSMOOTH_DATA")
 
 
 @pytest.fixture(scope="module")
@@ -366,3 +371,23 @@ def test_units_that_do_not_match_and_flows_of_the_wrong_length(channel):
 def test_an_empty_mesh(channel):
     with pytest.raises(InvalidMeshError, match="empty"):
         InstallationSpaceSmoothing()(pv.PolyData(), channel[1])
+
+
+@pytest.mark.skipif(not DATA, reason="VTKSMOOTH_DATA names no folder of meshes")
+def test_voxels_inside_a_real_part():
+    part, _ = read_surface(Path(str(DATA)) / "egr_cooler.stl")
+    space = SignedDistance(part)
+    size = part.length / 80
+    low = np.array(part.bounds[::2])
+    shape = np.ceil(np.ptp(part.points, axis=0) / size).astype(int)
+    centres = low + size * (np.moveaxis(np.indices(shape), 0, -1).reshape(-1, 3) + 0.5)
+    # Voxels that are as a whole in the ball that is inside.
+    cells = (space.tree(centres) < -0.5 * np.sqrt(3) * size).reshape(shape)
+    skin = samples.voxel_skin(cells, low, size)
+    assert skin.n_cells > 1000
+    smoothing = InstallationSpaceSmoothing()
+    result = pv.wrap(smoothing(skin, part))
+    assert smoothing.report.outside == smoothing.report.crossing == (0, 0)
+    assert outside_and_crossing(result, part) == (0, 0)
+    assert smoothing.report.volume == pytest.approx([cells.sum() * size**3] * 2, rel=1e-12)
+    assert smoothing.report.moved > 0.9 * skin.n_points

@@ -47,27 +47,81 @@ def widen(box, points, v):  # type: ignore[no-untyped-def]
 
 
 @device
+def _meets(others, u, v, w, low, high):  # type: ignore[no-untyped-def]
+    """Whether the triangle (u, v, w) of `others` meets the box from `low` to `high`.
+
+    They are apart if some axis tells them apart: one of the box, the triangle's normal, or one at right
+    angles to an edge of each (T. Akenine-Moeller, "Fast 3D Triangle-Box Overlap Testing", 2001).
+    """
+    for axis in range(3):
+        if (
+            min(others[u, axis], min(others[v, axis], others[w, axis])) > high[axis]
+            or max(others[u, axis], max(others[v, axis], others[w, axis])) < low[axis]
+        ):
+            return False
+    cx = 0.5 * (low[0] + high[0])
+    cy = 0.5 * (low[1] + high[1])
+    cz = 0.5 * (low[2] + high[2])
+    hx = 0.5 * (high[0] - low[0])
+    hy = 0.5 * (high[1] - low[1])
+    hz = 0.5 * (high[2] - low[2])
+    for side in range(3):
+        p = u if side == 0 else (v if side == 1 else w)
+        q = v if side == 0 else (w if side == 1 else u)
+        r = w if side == 0 else (u if side == 1 else v)
+        px = others[p, 0] - cx
+        py = others[p, 1] - cy
+        pz = others[p, 2] - cz
+        rx = others[r, 0] - cx
+        ry = others[r, 1] - cy
+        rz = others[r, 2] - cz
+        ex = others[q, 0] - cx - px
+        ey = others[q, 1] - cy - py
+        ez = others[q, 2] - cz - pz
+        # The axes x, y and z across the edge; both its ends are in one place on them.
+        s = ey * pz - ez * py
+        t = ey * rz - ez * ry
+        reach = hy * abs(ez) + hz * abs(ey)
+        if min(s, t) > reach or max(s, t) < -reach:
+            return False
+        s = ez * px - ex * pz
+        t = ez * rx - ex * rz
+        reach = hx * abs(ez) + hz * abs(ex)
+        if min(s, t) > reach or max(s, t) < -reach:
+            return False
+        s = ex * py - ey * px
+        t = ex * ry - ey * rx
+        reach = hx * abs(ey) + hy * abs(ex)
+        if min(s, t) > reach or max(s, t) < -reach:
+            return False
+        if side == 0:
+            nx = ey * (rz - pz) - ez * (ry - py)
+            ny = ez * (rx - px) - ex * (rz - pz)
+            nz = ex * (ry - py) - ey * (rx - px)
+            reach = hx * abs(nx) + hy * abs(ny) + hz * abs(nz)
+            if abs(nx * px + ny * py + nz * pz) > reach:
+                return False
+    return True
+
+
+@device
 def faces_near(tree, box, margin, stack, top, found):  # type: ignore[no-untyped-def]
-    """Find the faces of a surface whose boxes come within `margin` of `box`, as many as `found` holds.
+    """Find the faces of a surface that meet the `box` made larger by `margin`, as many as `found` holds.
 
     Begins with ``stack[0] = 0`` and ``top = 1``, the root; there are more as long as the `top` returned
     is not 0, with which it goes on. Returns how many were found, and that.
     """
     others, faces, order, node_low, node_high, node = tree
-    low_x = box[0, 0] - margin
-    low_y = box[0, 1] - margin
-    low_z = box[0, 2] - margin
-    high_x = box[1, 0] + margin
-    high_y = box[1, 1] + margin
-    high_z = box[1, 2] + margin
+    low = (box[0, 0] - margin, box[0, 1] - margin, box[0, 2] - margin)
+    high = (box[1, 0] + margin, box[1, 1] + margin, box[1, 2] + margin)
     count = 0
     while top > 0 and count + LEAF <= found.size:
         top -= 1
         i = stack[top]
         if (
-            node_low[i, 0] > high_x or node_high[i, 0] < low_x
-            or node_low[i, 1] > high_y or node_high[i, 1] < low_y
-            or node_low[i, 2] > high_z or node_high[i, 2] < low_z
+            node_low[i, 0] > high[0] or node_high[i, 0] < low[0]
+            or node_low[i, 1] > high[1] or node_high[i, 1] < low[1]
+            or node_low[i, 2] > high[2] or node_high[i, 2] < low[2]
         ):  # fmt: skip
             continue
         if node[i, 2] >= 0:
@@ -77,17 +131,7 @@ def faces_near(tree, box, margin, stack, top, found):  # type: ignore[no-untyped
             continue
         for k in range(node[i, 0], node[i, 1]):
             f = order[k]
-            u = faces[f, 0]
-            v = faces[f, 1]
-            w = faces[f, 2]
-            if (
-                min(others[u, 0], min(others[v, 0], others[w, 0])) > high_x
-                or max(others[u, 0], max(others[v, 0], others[w, 0])) < low_x
-                or min(others[u, 1], min(others[v, 1], others[w, 1])) > high_y
-                or max(others[u, 1], max(others[v, 1], others[w, 1])) < low_y
-                or min(others[u, 2], min(others[v, 2], others[w, 2])) > high_z
-                or max(others[u, 2], max(others[v, 2], others[w, 2])) < low_z
-            ):
+            if not _meets(others, faces[f, 0], faces[f, 1], faces[f, 2], low, high):
                 continue
             found[count] = f
             count += 1
@@ -243,14 +287,8 @@ def _height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
 
 
 @device
-def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-def]
-    """Whether the triangle (p, q, r) crosses the surface of `tree`, by more than touching.
-
-    The surface must cross the triangle both when it is moved a little along its normal and when it is
-    moved the other way: a surface that touches it, or runs along it, crosses in one case at most. `room` is
-    :func:`scratch`.
-    """
-    stack, found, box = room
+def _normal(points, p, q, r):  # type: ignore[no-untyped-def]
+    """Return the unit normal of the triangle (p, q, r); zeros where it is a line."""
     ax = points[q, 0] - points[p, 0]
     ay = points[q, 1] - points[p, 1]
     az = points[q, 2] - points[p, 2]
@@ -262,9 +300,38 @@ def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-
     nz = ax * by - ay * bx
     square = nx * nx + ny * ny + nz * nz
     if square <= FLAT * (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz):
-        return False  # a line: what crosses it crosses the triangles beside it
+        return 0.0, 0.0, 0.0
     length = np.sqrt(square)
-    normal = (nx / length, ny / length, nz / length)
+    return nx / length, ny / length, nz / length
+
+
+@device
+def _pierced(points, p, q, r, normal, tree, f, tolerance, above, below):  # type: ignore[no-untyped-def]
+    """Whether face f comes into the triangle (p, q, r) moved to either side; True remains True."""
+    others = tree[0]
+    faces = tree[1]
+    for side in range(2):
+        if above if side == 0 else below:
+            continue
+        lift = LIFT * tolerance if side == 0 else -LIFT * tolerance
+        if _pierces(points, p, q, r, normal, lift, others, faces[f, 0], faces[f, 1], faces[f, 2], tolerance):
+            above = above or side == 0
+            below = below or side == 1
+    return above, below
+
+
+@device
+def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-def]
+    """Whether the triangle (p, q, r) crosses the surface of `tree`, by more than touching.
+
+    The surface must cross the triangle both when it is moved a little along its normal and when it is
+    moved the other way: a surface that touches it, or runs along it, crosses in one case at most. `room` is
+    :func:`scratch`.
+    """
+    stack, found, box = room
+    normal = _normal(points, p, q, r)
+    if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
+        return False  # a line: what crosses it crosses the triangles beside it
     no_box(box)
     widen(box, points, p)
     widen(box, points, q)
@@ -276,19 +343,34 @@ def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-
     while top > 0:
         count, top = faces_near(tree, box, tolerance, stack, top, found)
         for c in range(count):
-            f = found[c]
-            for side in range(2):
-                if above if side == 0 else below:
-                    continue
-                lift = LIFT * tolerance if side == 0 else -LIFT * tolerance
-                if _pierces(
-                    points, p, q, r, normal, lift,
-                    tree[0], tree[1][f, 0], tree[1][f, 1], tree[1][f, 2], tolerance,
-                ):  # fmt: skip
-                    above = above or side == 0
-                    below = below or side == 1
+            above, below = _pierced(points, p, q, r, normal, tree, found[c], tolerance, above, below)
             if above and below:
                 return True
+    return False
+
+
+@device
+def crosses_found(points, p, q, r, tree, normals, tolerance, found, count):  # type: ignore[no-untyped-def]
+    """Do what :func:`crosses` does, for faces that have been found already; `normals` are theirs."""
+    normal = _normal(points, p, q, r)
+    if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
+        return False
+    above = False
+    below = False
+    most = LIFT * tolerance
+    for c in range(count):
+        f = found[c]
+        o = tree[1][f, 0]
+        face = (normals[f, 0], normals[f, 1], normals[f, 2])
+        # Of a triangle that is all on one side of its plane the face touches a corner at most.
+        hp = _height(points, p, tree[0], o, face)
+        hq = _height(points, q, tree[0], o, face)
+        hr = _height(points, r, tree[0], o, face)
+        if max(hp, max(hq, hr)) < -most or min(hp, min(hq, hr)) > most:
+            continue
+        above, below = _pierced(points, p, q, r, normal, tree, f, tolerance, above, below)
+        if above and below:
+            return True
     return False
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .compiled import device
-from .crossings import behind_planes, crosses, faces_near, no_box, turned_against, widen
+from .crossings import behind_planes, crosses, crosses_found, faces_near, no_box, turned_against, widen
 from .mesh import Mesh
 from .signed_distance import SignedDistanceTree, signed_distance
 
@@ -128,10 +128,11 @@ def star_inside(guard, points, v, ring, first, last, stack):  # type: ignore[no-
 
 @device
 def may_cross(guard, points, i, j, ring, offsets, room):  # type: ignore[no-untyped-def]
-    """Return whether a triangle round vertex i or j may cross the surface; -1 stands for no vertex.
+    """Look for triangles round the vertices i and j that may cross the surface; -1 stands for no vertex.
 
     None does where the stars lie in balls that are inside, where no face comes near, and where all points of
-    the stars are behind the planes of the faces that do. Also returns how many distances were asked for.
+    the stars are behind the planes of the faces that do. Returns 0 then, otherwise how many faces are near,
+    in `room`, or -1 for too many; and how many distances were asked for.
     """
     stack, found, box = room
     asked = 0
@@ -152,24 +153,29 @@ def may_cross(guard, points, i, j, ring, offsets, room):  # type: ignore[no-unty
         for r in range(offsets[v], offsets[v + 1]):
             widen(box, points, ring[r])
     if not (near_i or near_j):
-        return False, asked
+        return 0, asked
     stack[0] = 0
     count, more = faces_near(guard.tree, box, guard.tolerance, stack, 1, found)
-    if more > 0 or turned_against(guard.normals, found, count):
-        return True, asked
+    if more > 0:
+        return -1, asked
+    if turned_against(guard.normals, found, count):
+        return count, asked
     for end in range(2):
         v = i if end == 0 else j
         if (near_i if end == 0 else near_j) and not behind_planes(
             guard.tree, guard.normals, found, count, guard.tolerance,
             points, v, ring, offsets[v], offsets[v + 1],
         ):  # fmt: skip
-            return True, asked
-    return False, asked
+            return count, asked
+    return 0, asked
 
 
 @device
-def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-def]
-    """Return whether the triangle (p, q, r) crosses the surface; those certainly inside are not tested."""
+def triangle_crosses(guard, points, p, q, r, count, room):  # type: ignore[no-untyped-def]
+    """Return whether the triangle (p, q, r) crosses one of `count` faces in `room`; of all, if that is -1.
+
+    Triangles that are certainly inside are not tested.
+    """
     highest = -np.inf
     longest = 0.0
     for side in range(3):
@@ -183,17 +189,22 @@ def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-d
     # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3).
     if highest + np.sqrt(longest / 3.0) <= guard.tolerance:
         return False
-    return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
+    if count < 0:
+        return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
+    return crosses_found(points, p, q, r, guard.tree, guard.normals, guard.tolerance, room[1], count)
 
 
 @device
-def star_crosses(guard, points, v, ring, first, last, room):  # type: ignore[no-untyped-def]
-    """Return whether a triangle of v and two successive ones of ring[first:last], cyclic, crosses."""
+def star_crosses(guard, points, v, ring, first, last, count, room):  # type: ignore[no-untyped-def]
+    """Return whether a triangle of v and two successive ones of ring[first:last], cyclic, crosses.
+
+    `count` and `room` as :func:`may_cross` has left them.
+    """
     k = ring[last - 1]
     for r in range(first, last):
         before = k
         k = ring[r]
-        if triangle_crosses(guard, points, v, before, k, room):
+        if triangle_crosses(guard, points, v, before, k, count, room):
             return True
     return False
 

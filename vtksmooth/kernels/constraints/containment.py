@@ -36,12 +36,12 @@ def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: 
             if good and guard.exact:
                 # Neighbours stand still: the vertex may be tried out where it wants to go.
                 points[v] = proposed[v]
-                possible, queries = may_cross(guard, points, v, -1, near.ring, near.ring_offsets, room)
+                count, queries = may_cross(guard, points, v, -1, near.ring, near.ring_offsets, room)
                 asked += queries
-                for i in range(near.corner_offsets[v], near.corner_offsets[v + 1] if possible else 0):
+                for i in range(near.corner_offsets[v], near.corner_offsets[v + 1] if count != 0 else 0):
                     a = 3 * near.corner_face[near.corners[i]]
                     p, q, r = near.connectivity[a], near.connectivity[a + 1], near.connectivity[a + 2]
-                    good = good and not triangle_crosses(guard, points, p, q, r, room)
+                    good = good and not triangle_crosses(guard, points, p, q, r, count, room)
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z

@@ -400,14 +400,16 @@ def _sweep(  # type: ignore[no-untyped-def]
                 _move(i, 0, rows, d)
                 _move(j, 1, rows, d)
                 if guard.exact:
-                    possible, queries = may_cross(
+                    count, queries = may_cross(
                         guard, rows, i if si > 0.0 else -1, j if sj > 0.0 else -1, ring, offsets, room
                     )
                     asked += queries
-                    for end in range(2 if possible else 0):
+                    for end in range(2 if count != 0 else 0):
                         v = edges[e, end]
                         if good and rows[v, 6] > 0.0:
-                            good = not star_crosses(guard, rows, v, ring, offsets[v], offsets[v + 1], room)
+                            good = not star_crosses(
+                                guard, rows, v, ring, offsets[v], offsets[v + 1], count, room
+                            )
                     for axis in range(0 if good else 3):
                         rows[i, axis] = old[0, axis]
                         rows[j, axis] = old[1, axis]
