@@ -23,9 +23,10 @@ FLAT = 1e-6
 
 #: Directions that are tried as a cylinder's axis, and how many of the best are followed up.
 _DIRECTIONS, _FOLLOWED = 96, 4
-#: Points that those directions are judged by.
+#: Points that those directions are judged by, at most.
 _SAMPLE = 2000
-_STEPS = 100
+#: Steps, halvings of one, and the part of the variance that a step must take off to be followed by another.
+_STEPS, _HALVINGS, _GAIN = 50, 12, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +129,7 @@ def fit_cylinder(points: npt.ArrayLike) -> Cylinder:
     ([0.0, 0.0, 1.0], 2.0)
     """
     places, middle, size, frame = _normalised(points, 6, "cylinder")
-    sample = places[:: -(-len(places) // _SAMPLE)]
+    sample = _sampled(places)
     starts = []
     for axis in _hemisphere() @ frame:
         across = _across(axis)
@@ -138,13 +139,14 @@ def fit_cylinder(points: npt.ArrayLike) -> Cylinder:
         starts.append((float(distance.std()), axis, centre @ across))
     # Equal starts, as those of a cube's corners, keep the order of the directions.
     starts.sort(key=lambda start: start[0])
-    best: tuple[float, Float64, Float64] | None = None
-    for _, axis, centre in starts[:_FOLLOWED]:
-        line, distance = _gauss_newton(np.array((centre, axis)), _from_axis(places), _moved_axis)
-        if best is None or distance.std() < best[0]:
-            best = float(distance.std()), line, distance
-    assert best is not None
-    (centre, axis), distance = best[1:]
+    lines = [
+        _gauss_newton(np.array((centre, axis)), _from_axis(sample), _moved_axis)
+        for _, axis, centre in starts[:_FOLLOWED]
+    ]
+    line, distance = min(lines, key=lambda found: float(found[1].var()))
+    if len(sample) < len(places):
+        line, distance = _gauss_newton(line, _from_axis(places), _moved_axis)
+    centre, axis = line
     centre = centre + axis * ((places - centre) @ axis).mean()
     axis = axis if axis[np.argmax(np.abs(axis))] > 0 else -axis
     radius, rms, largest = _radius(distance, size)
@@ -156,7 +158,7 @@ def _normalised(points: npt.ArrayLike, least: int, what: str) -> tuple[Float64, 
     points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
     if not np.isfinite(points).all():
         raise InvalidMeshError("Some of the points are not finite; leave them out.")
-    if len(np.unique(points, axis=0)) < least:
+    if len(np.unique(_sampled(points), axis=0)) < least:
         raise InvalidMeshError(f"A {what} needs at least {least} points in different places; pick more.")
     middle = points.mean(axis=0)
     away = points - middle
@@ -166,6 +168,10 @@ def _normalised(points: npt.ArrayLike, least: int, what: str) -> tuple[Float64, 
     if spread[0] <= FLAT**2 * spread[2]:
         raise InvalidMeshError(f"The points lie in a plane, which no {what} fits; pick a curved region.")
     return away, middle, size, axes.T
+
+
+def _sampled(points: Float64) -> Float64:
+    return points[:: max(1, -(-len(points) // _SAMPLE))]
 
 
 def _hemisphere() -> Float64:
@@ -227,18 +233,18 @@ def _gauss_newton(
     now = start
     distance, slopes = residuals(now)
     for _ in range(_STEPS):
-        rows = slopes - slopes.mean(axis=0)
-        step = -np.linalg.lstsq(rows, distance - distance.mean(), rcond=None)[0]
-        for _ in range(30):
+        rows, variance = slopes - slopes.mean(axis=0), distance.var()
+        step = -np.linalg.lstsq(rows.T @ rows, rows.T @ (distance - distance.mean()), rcond=None)[0]
+        for _ in range(_HALVINGS):
             there = moved(now, step)
             distance_there, slopes_there = residuals(there)
-            if distance_there.var() < distance.var():
+            if distance_there.var() < variance:
                 break
             step /= 2.0
         else:
             break
         now, distance, slopes = there, distance_there, slopes_there
-        if np.abs(step).max() < 1e-14:
+        if distance.var() > (1.0 - _GAIN) * variance:
             break
     return now, distance
 
