@@ -45,8 +45,7 @@ def run(meshes: list[Path]) -> int:
     """Open the window with these meshes, and return when it is closed."""
     qt = set_up()
     application = open_window(Settings())
-    application.sessions.offer_recovery()
-    application.files.open_paths(meshes)
+    application.sessions.offer_recovery(meshes)
     # Python looks at signals between its own instructions: give it some.
     signal.signal(signal.SIGINT, lambda *_: application.window.close())
     beat = QTimer()

@@ -38,8 +38,8 @@ class Files(QObject):
 
     #: Files have been read, or could not be.
     opened = Signal()
-    #: A session shall be opened: its path.
-    session_asked = Signal(object)
+    #: A session shall be opened, and meshes after it: their paths.
+    session_asked = Signal(object, object)
     #: A recipe shall be opened: its path.
     recipe_asked = Signal(object)
     #: A layer has been written.
@@ -72,12 +72,14 @@ class Files(QObject):
         A recipe takes the place of the active layer's.
         """
         paths = [Path(name) for name in names]
-        asked = {SUFFIX: self.session_asked, ".json": self.recipe_asked}
-        for suffix, signal in asked.items():
-            found = [path for path in paths if path.suffix.lower() == suffix]
-            if found:
-                signal.emit(found[-1])
-        paths = [path for path in paths if path.suffix.lower() not in asked]
+        recipes = [path for path in paths if path.suffix.lower() == ".json"]
+        if recipes:
+            self.recipe_asked.emit(recipes[-1])
+        sessions = [path for path in paths if path.suffix.lower() == SUFFIX]
+        paths = [path for path in paths if path not in (*recipes, *sessions)]
+        if sessions:
+            self.session_asked.emit(sessions[-1], paths)
+            return
         if not paths:
             return
 

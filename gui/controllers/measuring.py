@@ -116,7 +116,7 @@ class Measuring(QObject):
             best = min(figures, key=lambda figure: figure.rms or 0.0, default=None)
             text = best.text(document.unit) if best else ""
             if one.kind is Kind.RADIUS:
-                at = places.mean(axis=0)
+                at = places[np.argmax(places[:, 2])]  # not where other labels are
                 places = places[:: -(-len(places) // _DRAWN)]
             else:
                 at = places[1] if one.kind is Kind.ANGLE else places.mean(axis=0)

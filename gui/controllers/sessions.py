@@ -6,7 +6,7 @@ import contextlib
 import shutil
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +64,10 @@ class Sessions(QObject):
         self._view: dict[str, Any] = {}
         self._folder: Path | None = None
         self._lock: QLockFile | None = None
+        #: What is being recovered, until it is open.
+        self._recovered: tuple[Path, QLockFile] | None = None
+        #: Meshes to open beside the session.
+        self._further: list[Path] = []
         self._timer = QTimer(self, singleShot=True, interval=PAUSE)
         self._timer.timeout.connect(self._keep)
         document.changed.connect(self._document_changed)
@@ -164,8 +168,17 @@ class Sessions(QObject):
 
     @Slot(object)
     def _failed(self, error: Exception) -> None:
-        self._window.statusBar().clearMessage()
         self._window.notification.say(explain(error), "error")
+        self._end()
+
+    def _end(self) -> None:
+        """Be done with opening; what could not be recovered waits for the next start."""
+        self._window.statusBar().clearMessage()
+        if self._recovered is not None:
+            self._recovered[1].unlock()
+            self._recovered = None
+        further, self._further = self._further, []
+        self._files.open_paths(further)
         self.opened.emit()
 
     # -- opening -----------------------------------------------------------------------------------
@@ -178,11 +191,12 @@ class Sessions(QObject):
         if name:
             self.open(Path(name))
 
-    @Slot(object)
-    def open(self, path: Path) -> None:
-        """Open a session in place of what is open."""
-        if not self.may_lose(lambda: self.open(path)):
+    @Slot(object, object)
+    def open(self, path: Path, further: Sequence[Path] = ()) -> None:
+        """Open a session in place of what is open, and after it further meshes."""
+        if not self.may_lose(lambda: self.open(path, further)):
             return
+        self._further = list(further)
 
         def work(context: Context) -> Stored:
             return session_reader.find(path)
@@ -207,8 +221,7 @@ class Sessions(QObject):
                 there = next((place for place in beside if place.is_file()), None)
                 located[path] = there or self.ask_missing(path)
         except InterruptedError:
-            self._window.statusBar().clearMessage()
-            self.opened.emit()
+            self._end()
             return
         except VtksmoothError as error:
             self._failed(error)
@@ -246,12 +259,17 @@ class Sessions(QObject):
         self._saved = None if recovered else self._document.content
         if not recovered:
             self._settings.add_recent(stored.path)
-        window.statusBar().clearMessage()
+        if recovered:
+            # From now on it is this window's own: what is there is kept there.
+            self._throw_away()
+            assert self._recovered is not None
+            self._folder, self._lock = self._recovered
+            self._recovered = None
         said = " ".join(restored.notes)
         name = "what was not saved" if recovered else stored.path.name
         window.notification.say(said or f"Opened {name}.", "warning" if said else "note")
         self._document_changed()
-        self.opened.emit()
+        self._end()
 
     def _set_filter(self, chosen: dict[str, Any]) -> None:
         for cls in FILTERS:
@@ -300,8 +318,8 @@ class Sessions(QObject):
         """Ask whether to recover; see :func:`~vtksmooth_gui.views.questions.ask_recovery`."""
         return questions.ask_recovery(self._window, name, when)
 
-    def offer_recovery(self) -> None:
-        """Offer what windows that ended unexpectedly had kept, the latest first."""
+    def offer_recovery(self, further: Sequence[Path] = ()) -> None:
+        """Offer what windows that ended unexpectedly had kept, the latest first; then open further meshes."""
         place = self._settings.state_folder / "autosave"
         found = []
         for folder in place.iterdir() if place.is_dir() else ():
@@ -314,7 +332,7 @@ class Sessions(QObject):
             except VtksmoothError:  # it ended before the first was complete
                 _remove(folder, lock)
                 continue
-            if self._folder is not None:  # one is being recovered; the others wait for the next start
+            if self._recovered is not None:  # the others wait for the next start
                 lock.unlock()
                 continue
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(_time_of(folder)))
@@ -322,10 +340,12 @@ class Sessions(QObject):
             if answer is Answer.DISCARD:
                 _remove(folder, lock)
             elif answer is Answer.SAVE:
-                self._folder, self._lock = folder, lock
+                self._recovered, self._further = (folder, lock), list(further)
                 self._found(stored)
             else:
                 lock.unlock()
+        if self._recovered is None:
+            self._files.open_paths(further)
 
     def _throw_away(self) -> None:
         """Forget what was kept for recovery: everything is saved, or need not be."""

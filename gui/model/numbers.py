@@ -7,7 +7,7 @@ from typing import Any
 
 from .difference import PERCENTILES
 from .overlays import Subject
-from .units import powered, quantity
+from .units import labelled, powered, quantity
 
 #: The papers' bins of k.
 BINS = (-1.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
@@ -35,7 +35,7 @@ def number(value: Any) -> str:
 
 
 def rows(subject: Subject, unit: str = "") -> list[Row]:
-    """Return all figures that have been computed, lengths with their unit."""
+    """Return all figures that have been computed; the names of lengths and volumes name their unit."""
     after = subject.state.summaries.get(("quality", subject.reference))
     if after is None:
         return []
@@ -54,8 +54,8 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
             ("inverted", lambda s: s["inverted"]),
         )
     ]
-    volumes = [_length(s.get("volume"), unit, 3) for s in (before, after)]
-    found.insert(5, Row("volume", *volumes))
+    volumes = [number(s.get("volume")) for s in (before, after)]
+    found.insert(5, Row(labelled("volume", powered(unit, 3)), *volumes))
     containment = subject.state.summaries.get(("containment", subject.space))
     if containment:
         found += [
@@ -70,15 +70,15 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
         volume = comparison["volume_change_percent"]
         found += [
             Row("volume change", "", "" if volume is None else f"{volume:+.4g} %"),
-            Row("swept volume", "", _length(comparison["swept_volume"], unit, 3)),
+            Row(labelled("swept volume", powered(unit, 3)), "", number(comparison["swept_volume"])),
             Row("normals, max", "", f"{comparison['normal_deviation']['max']:.4g}°"),
             Row("normals, mean", "", f"{comparison['normal_deviation']['mean']:.4g}°"),
             Row("dihedral angles, max", "", f"{comparison['dihedral_change']['max']:.4g}°"),
             Row("dihedral angles, mean", "", f"{comparison['dihedral_change']['mean']:.4g}°"),
-            Row("deviation, max", "", _length(comparison["deviation"]["max"], unit)),
+            Row(labelled("deviation, max", unit), "", number(comparison["deviation"]["max"])),
             Row("of the diagonal", "", f"{100 * comparison['deviation']['max_relative']:.4g} %"),
         ]
-    found += _difference(subject, unit)
+    found = [*_difference(subject, unit), *found]
     rare = ("quadrilaterals", "larger polygons")
     return [
         row
@@ -98,20 +98,23 @@ def _difference(subject: Subject, unit: str) -> list[Row]:
     if not sides[1]:
         return []
     how = "point by point" if sides[1]["point_by_point"] else "to its surface"
-    figures = [("mean", "mean"), ("RMS", "rms"), ("largest", "max"), ("back, largest", "back")]
-    found = [Row("other layer, distance", "", how)]
-    found += [
-        Row(f"other layer, {name}", *(_length(side.get(key), unit) for side in sides))
-        for name, key in figures
+    figures = {
+        "mean": [side.get("mean") for side in sides],
+        "RMS": [side.get("rms") for side in sides],
+        **{
+            f"{share} %": [side["percentiles"][share] if side else None for side in sides]
+            for share in PERCENTILES
+        },
+        "max": [side.get("max") for side in sides],
+        "back, max": [side.get("back") for side in sides],
+    }
+    return [
+        Row("other layer", "", how),
+        *(
+            Row(labelled(f"other layer, {name}", unit), *map(number, values))
+            for name, values in figures.items()
+        ),
     ]
-    found += [
-        Row(
-            f"other layer, {share} % below",
-            *(_length(side["percentiles"][share] if side else None, unit) for side in sides),
-        )
-        for share in PERCENTILES
-    ]
-    return found
 
 
 def line(figures: dict[str, Any]) -> str:

@@ -39,9 +39,11 @@ class SectionPlot(QWidget):
         self.slider.setRange(0, _STEPS)
         self.slider.setToolTip("Move the plane; in the view it can be dragged and turned")
         self.slider.valueChanged.connect(lambda place: self.moved.emit(place / _STEPS))
+        self.slider.setMinimumWidth(80)
         tools = QHBoxLayout()
         for action in actions:
             button = QToolButton()
+            action.setIconText(action.text().removeprefix("Across ").removeprefix("the "))
             button.setDefaultAction(action)
             tools.addWidget(button)
         tools.addWidget(self.slider, 1)

@@ -101,11 +101,11 @@ def test_two_layers_with_the_same_faces(user, ant, tmp_path):
     expected = np.linalg.norm(smoothed.points.astype(float) - other.points.astype(float), axis=1)
     assert np.array_equal(user.display.fields[0].values, expected)
     found = rows(user)
-    assert found["other layer, distance"][1] == "point by point"
-    assert found["other layer, mean"] == ("0 mm", f"{expected.mean():.4g} mm")
-    assert found["other layer, RMS"][1] == f"{np.sqrt((expected**2).mean()):.4g} mm"
-    assert found["other layer, largest"][1] == f"{expected.max():.4g} mm"
-    assert found["other layer, 95 % below"][1] == f"{np.percentile(expected, 95):.4g} mm"
+    assert found["other layer"][1] == "point by point"
+    assert found["other layer, mean [mm]"] == ("0", f"{expected.mean():.4g}")
+    assert found["other layer, RMS [mm]"][1] == f"{np.sqrt((expected**2).mean()):.4g}"
+    assert found["other layer, max [mm]"][1] == f"{expected.max():.4g}"
+    assert found["other layer, 95 % [mm]"][1] == f"{np.percentile(expected, 95):.4g}"
     assert user.window.colour_bar._unit == "mm"
     # The other way round it is shown on the other one.
     choose(user, "second", "ant")
@@ -128,8 +128,8 @@ def test_two_layers_with_other_faces(user, tmp_path):
     points = user.document.layers[0].state.points.astype(float)
     expected = 2.0 - np.abs(points).max(axis=1)
     np.testing.assert_allclose(user.display.fields[0].values, expected, atol=1e-6)
-    assert rows(user)["other layer, distance"][1] == "to its surface"
-    assert float(rows(user)["other layer, back, largest"][1]) == pytest.approx(2 * np.sqrt(3) - 1, abs=0.01)
+    assert rows(user)["other layer"][1] == "to its surface"
+    assert float(rows(user)["other layer, back, max"][1]) == pytest.approx(2 * np.sqrt(3) - 1, abs=0.01)
     user.do("overlay_signed_difference")
     np.testing.assert_allclose(user.display.fields[0].values, -expected, atol=1e-6)
 

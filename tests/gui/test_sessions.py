@@ -475,6 +475,7 @@ def test_everything_is_as_it_was(user, ant, tmp_path, open_window):
     user.application.settings.set("thresholds", {})
     again = open_window()
     again.do("dark")
+    again.drop(ant)
     again.drop(tmp_path / "study.vtksmooth")
     assert again.said == "Opened study.vtksmooth."
     assert again.window.windowTitle() == "ant (study.vtksmooth) - vtksmooth"
@@ -493,6 +494,9 @@ def test_everything_is_as_it_was(user, ant, tmp_path, open_window):
     again.application.files._list_recent()
     assert again.window.recent.actions()[0].text().endswith("study.vtksmooth")
     assert again.window.windowTitle() == "ant * (study.vtksmooth) - vtksmooth"
+    # A session and meshes: the meshes come to what the session holds.
+    again.drop(ant, tmp_path / "study.vtksmooth")
+    assert [layer.name for layer in again.document.layers] == ["ant", "ant 2"]
 
 
 def test_unsaved_changes_are_asked_about_wherever_they_could_be_lost(user, ant, tmp_path):
@@ -685,6 +689,7 @@ def test_after_a_crash_everything_is_there_again(crashed, ant, settings_file, op
     assert crashed.window.windowTitle() == "ant * - vtksmooth"
     assert len(crashed.document.history.steps) == 2
     # It is still not saved: a second crash would not lose it either.
+    keep_now(crashed)
     assert len(kept_in(settings_file)) == 2
     crashed.do("undo")
     assert not crashed.document.active.unsaved
@@ -692,6 +697,14 @@ def test_after_a_crash_everything_is_there_again(crashed, ant, settings_file, op
     crashed.window.close()
     assert len(kept_in(settings_file)) == 1
     again = open_window()
+    # What cannot be read is no reason to lose it: it waits for a version that can.
+    (kept,) = kept_in(settings_file)
+    text = (kept / "session.json").read_text()
+    (kept / "session.json").write_text(text.replace('"states"', '"pieces"'))
+    assert recover(again, "save") == ["ant"]
+    again.wait()
+    assert "damaged" in again.said
+    assert kept_in(settings_file) == [kept]
     assert recover(again, "discard") == ["ant"]
     assert again.document.layers == []
     assert not list(Path(settings_file.with_suffix(".state"), "autosave").iterdir())
