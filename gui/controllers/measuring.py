@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, Slot
 
-from ..model import picking
+from ..model import picking, regions
 from ..model.document import Document
 from ..model.measure import PICKS, Kind, Measurement
 from ..model.section import Plane, outline
@@ -201,6 +201,16 @@ class Measuring(QObject):
         assert layer.state is not None
         self._picked = []
         self._document.measure(Measurement(kind, layer, np.asarray(vertices, np.int64), layer.state.n_points))
+
+    def fixed_radius(self) -> None:
+        """Measure the radius of the points that are fixed, however they were chosen."""
+        layer = self._document.active
+        held = None if layer is None or layer.state is None else np.flatnonzero(regions.fixed(layer.state))
+        if held is None or not len(held):
+            self._window.notification.say("Fix points first: paint or pick them with the regions.", "warning")
+            return
+        self._window.show_panel("Measurements")
+        self._add(Kind.RADIUS, held)
 
     def remove_measurements(self) -> None:
         """Remove the measurements that are selected in the table, or all."""

@@ -302,7 +302,7 @@ class _Reader:
         opened: dict[Path, State] = {}
         for path in files.values():
             if path is not None and path not in opened:
-                opened[path] = State(read_surface(path)[0])
+                opened[path] = State.of(read_surface(path)[0])
                 self.arrays |= describe(opened[path])[1]
         for i, entry in enumerate(entries):
             self.tell(i / len(entries))
@@ -385,7 +385,7 @@ class _Reader:
             size = {"point_data": n_points, "cell_data": mesh.GetNumberOfCells()}.get(key)
             for one in entry.get(key, []):
                 self._add_array(data, one, size)
-        return State(mesh)
+        return State.of(mesh)
 
     def _add_array(self, data: Any, entry: dict[str, Any], size: int | None) -> None:
         if "text" in entry:
