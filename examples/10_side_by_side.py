@@ -14,14 +14,17 @@ import pyvista as pv
 from pyvista import examples
 
 image = pv.read(examples.frogtissuesfile)
-image["organ"] = (image["MetaImage"] == 6).astype(np.float32)
-places = np.stack(np.unravel_index(np.flatnonzero(image["organ"]), image.dimensions, order="F"))
+organ = (image["MetaImage"] == 6).astype(np.float32)
+image.clear_data()
+image["organ"] = organ
+places = np.stack(np.unravel_index(np.flatnonzero(organ), image.dimensions, order="F"))
 box = np.column_stack((places.min(axis=1) - 5, places.max(axis=1) + 5)).ravel()
 image = image.extract_subset(box)
-image = image.gaussian_smooth(scalars="organ", std_dev=1.5)
+image = image.gaussian_smooth(std_dev=1.5)
 image = image.extract_subset(image.extent, rate=(2, 2, 2))
-organ = image.contour([0.5], scalars="organ", method="flying_edges").connectivity("largest")
+organ = image.contour([0.5], method="flying_edges").connectivity("largest")
 organ.clear_data()
+assert organ.n_open_edges == 0
 smooth = organ.vtksmooth
 results = {
     "as it is": organ,

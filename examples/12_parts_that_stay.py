@@ -45,10 +45,7 @@ for column, (name, mesh) in enumerate(measured.items()):
         scalars="deviation, % of the diagonal",
         clim=(0, 0.5),
         cmap="Reds",
-        show_edges=True,
-        line_width=0.5,
-        edge_color="#999999",
-        ambient=0.4,
+        ambient=0.2,
     )
     plotter.add_text(name, position=(0.02, 0.93), viewport=True, font_size=10)
 plotter.subplot(0, 1)
