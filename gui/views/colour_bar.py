@@ -27,7 +27,7 @@ class ColourBar(QWidget):
         self.setMouseTracking(True)
         self.setToolTip("Drag a threshold, or double-click it to type a value")
         self._scale: Scale | None = None
-        self._title = ""
+        self.title = ""
         self.thresholds: tuple[float, float, float] | None = None
         self._held: int | None = None
 
@@ -35,7 +35,7 @@ class ColourBar(QWidget):
         self, scale: Scale | None, title: str, thresholds: tuple[float, float, float] | None
     ) -> None:
         """Show a scale; None shows nothing."""
-        self._scale, self._title = scale, title
+        self._scale, self.title = scale, title
         self.thresholds = None if scale is None or scale.classes else thresholds
         self.setVisible(scale is not None)
         self.update()
@@ -75,7 +75,7 @@ class ColourBar(QWidget):
         painter.drawText(
             QRectF(4, 8, self.width() - 8, 44),
             int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter),
-            self._title,
+            self.title,
         )
         column = QImage(
             scale.colours[::-1].copy().data, 1, len(scale.colours), 3, QImage.Format.Format_RGB888
@@ -171,7 +171,7 @@ class ColourBar(QWidget):
         if number is None or self.thresholds is None:
             return
         value, given = QInputDialog.getDouble(
-            self, self._title, f"Threshold “{_NAMES[number]}”:", self.thresholds[number], -1e300, 1e300, 9
+            self, self.title, f"Threshold “{_NAMES[number]}”:", self.thresholds[number], -1e300, 1e300, 9
         )
         if given:
             self.set_threshold(number, value)

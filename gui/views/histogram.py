@@ -47,6 +47,9 @@ class Histogram(QWidget):
         self.plot.setMouseEnabled(x=False, y=False)
         self.plot.hideButtons()
         self.plot.getAxis("left").setLabel("%")
+        # The last number stands at the end of the axis, half of it beyond.
+        self.plot.getAxis("bottom").setStyle(hideOverlappingLabels=False)
+        self.plot.getPlotItem().setContentsMargins(0, 6, 14, 0)
         self.plot.getAxis("bottom").enableAutoSIPrefix(False)
         self.plot.getAxis("left").enableAutoSIPrefix(False)
         self.plot.addLegend(offset=(60, 4), verSpacing=-4)

@@ -86,6 +86,7 @@ class MainWindow(QMainWindow):
         self.hint = QLabel(
             "Drop a mesh here, or open one with Ctrl+O", alignment=Qt.AlignmentFlag.AlignCenter
         )
+        self.hint.setStyleSheet("font-size: 13pt")
         self.overlays = QComboBox()
         self.overlays.setToolTip("What is shown on the mesh")
         self._arrange()

@@ -103,7 +103,7 @@ class MeasureMarks:
 
     def _dress(self, label: vtkBillboardTextActor3D) -> None:
         look = label.GetTextProperty()
-        look.SetFontSize(round(15 * self._view.devicePixelRatioF()))
+        look.SetFontSize(15)  # points, of which VTK knows how many pixels they are
         look.BoldOn()
         look.SetColor(*self._ink)
         look.SetBackgroundColor(*self._paper)

@@ -10,12 +10,11 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QTableWidget,
     QTableWidgetItem,
-    QToolButton,
+    QToolBar,
     QVBoxLayout,
     QWidget,
 )
@@ -45,18 +44,14 @@ class MeasureTable(QWidget):
         for unit, title in UNITS.items():
             self.unit.addItem(title, unit)
         self.unit.activated.connect(lambda row: self.unit_chosen.emit(self.unit.itemData(row)))
-        tools = QHBoxLayout()
-        for action in actions:
-            button = QToolButton()
-            button.setDefaultAction(action)
-            tools.addWidget(button)
-        tools.addStretch(1)
+        tools = QToolBar()  # where it is too narrow for all, it offers the rest in a menu
         tools.addWidget(self.unit)
+        tools.addActions(actions)
         self.hint = QLabel("", wordWrap=True)
         self.hint.hide()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(tools)
+        layout.addWidget(tools)
         layout.addWidget(self.hint)
         layout.addWidget(self.table)
         self._of_rows: list[Measurement] = []

@@ -305,7 +305,7 @@ class MeshView(QWidget):
         label = vtkTextActor()
         label.SetInput(text)
         look = label.GetTextProperty()
-        look.SetFontSize(round(15 * self.devicePixelRatioF()))
+        look.SetFontSize(15)  # points, of which VTK knows how many pixels they are
         label.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
         label.SetPosition(0.02, 0.03)
         return label

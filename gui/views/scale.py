@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +51,7 @@ class Scale:
     classes: tuple[str, ...] = ()
 
 
+@functools.cache
 def _table(name: str) -> Colours:
     found = pyqtgraph.colormap.get(name).getLookupTable(0.0, 1.0, _STEPS)
     return np.asarray(found[:, :3], dtype=np.uint8)

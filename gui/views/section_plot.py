@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QColor
-from PySide6.QtWidgets import QHBoxLayout, QSlider, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ..model.section import Outline
 from ..model.units import labelled, quantity
@@ -40,16 +40,14 @@ class SectionPlot(QWidget):
         self.slider.setToolTip("Move the plane; in the view it can be dragged and turned")
         self.slider.valueChanged.connect(lambda place: self.moved.emit(place / _STEPS))
         self.slider.setMinimumWidth(80)
-        tools = QHBoxLayout()
+        tools = QToolBar()  # where it is too narrow for all, it offers the rest in a menu
+        tools.addWidget(self.slider)
         for action in actions:
-            button = QToolButton()
             action.setIconText(action.text().removeprefix("Across ").removeprefix("the "))
-            button.setDefaultAction(action)
-            tools.addWidget(button)
-        tools.addWidget(self.slider, 1)
+            tools.addAction(action)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
-        layout.addLayout(tools)
+        layout.addWidget(tools)
         layout.addWidget(self.plot, 1)
         self.setMinimumHeight(110)
         self.outlines: tuple[Outline | None, Outline | None] = (None, None)

@@ -106,7 +106,7 @@ def test_two_layers_with_the_same_faces(user, ant, tmp_path):
     assert found["other layer, RMS [mm]"][1] == f"{np.sqrt((expected**2).mean()):.4g}"
     assert found["other layer, max [mm]"][1] == f"{expected.max():.4g}"
     assert found["other layer, 95 % [mm]"][1] == f"{np.percentile(expected, 95):.4g}"
-    assert user.window.colour_bar._title == "Difference to a layer [mm]"
+    assert user.window.colour_bar.title == "Difference to a layer [mm]"
     # The other way round it is shown on the other one.
     choose(user, "second", "ant")
     assert user.document.active is user.document.layers[1]

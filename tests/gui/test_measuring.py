@@ -328,4 +328,4 @@ def test_the_unit_stands_wherever_a_length_does(user, plane):
         user.do(f"overlay_{overlay}")
         label = user.window.histogram.plot.getAxis("bottom").labelText
         assert label.endswith(f"[{shown}]") if shown else "[" not in label
-        assert user.window.colour_bar._title == label
+        assert user.window.colour_bar.title == label

@@ -652,7 +652,7 @@ def test_a_screenshot_of_any_size(user, ant, tmp_path):
     pixels = np.frombuffer(image.constBits(), np.uint8)
     alpha = pixels.reshape(700, 1500, 4)[..., 3]
     assert alpha[0, 0] == 0
-    assert 0.01 < (alpha == 255).mean() < 0.9
+    assert 0.003 < (alpha == 255).mean() < 0.9
     user.application.write_picture(tmp_path / "no" / "a.png", 100, 100, False, True)
     assert user.window.notification.level == "error"
 
