@@ -34,6 +34,21 @@ COMMANDS: Mapping[str, type[Filter]] = MappingProxyType({cls.command: cls for cl
 
 Apply = Callable[..., Any]
 
+#: Letters of a value that people are shown; lists of points may have thousands.
+_LONGEST = 60
+
+
+def shown(value: Any) -> str:
+    """Return a parameter's value for people, cut short where it is long.
+
+    Examples
+    --------
+    >>> shown("0-14,20"), shown("1" * 99) == "1" * 60 + "…"
+    ('0-14,20', True)
+    """
+    text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+
 
 @dataclass(frozen=True)
 class Step:
@@ -125,7 +140,7 @@ class Step:
 
     def __str__(self) -> str:
         inputs = [f"{name}={source}" for name, source in self.inputs.items() if source != name]
-        values = [f"{name}={value}" for name, value in self.parameters.items()]
+        values = [f"{name}={shown(value)}" for name, value in self.parameters.items()]
         return f"{self.command} {', '.join([*inputs, *values])}".rstrip()
 
 

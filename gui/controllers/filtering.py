@@ -18,6 +18,7 @@ from ..model.state import State
 from ..settings import Settings
 from ..views.filter_form import title
 from ..views.main_window import MainWindow
+from ..views.recipe_list import parameters
 from .files import explain
 from .jobs import Context, Job, Jobs
 
@@ -159,7 +160,7 @@ class Filtering(QObject):
             self._window.notification.say("The mesh has changed meanwhile; nothing was applied.", "warning")
             return
         step, sources = self._document.step(request.layer, request.cls, request.values, request.states[1:])
-        given = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in request.values.items())
+        given = parameters(step)
         name = f"{title(request.cls)} on {request.layer.name}" + (f": {given}" if given else "")
         self._document.apply(request.layer, result.outputs, step, sources, name, result.did, report)
         words = report or f"done in {result.seconds:.2f} s."

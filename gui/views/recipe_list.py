@@ -20,20 +20,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vtksmooth.recipe import Recipe, Step
+from vtksmooth.recipe import Recipe, Step, shown
 
 from .filter_form import FilterForm, title
-
-#: More letters of a value are not shown.
-_LONGEST = 40
 
 
 def parameters(step: Step) -> str:
     """Return the parameters of a step that are not the defaults, as people read them."""
-    words = ((name.replace("_", " "), str(value)) for name, value in step.parameters.items())
-    return ", ".join(
-        f"{name} {text if len(text) <= _LONGEST else f'{text[:_LONGEST]}…'}" for name, text in words
-    )
+    return ", ".join(f"{name.replace('_', ' ')} {shown(value)}" for name, value in step.parameters.items())
 
 
 class RecipeList(QWidget):
