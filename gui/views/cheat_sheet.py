@@ -37,8 +37,9 @@ def html() -> str:
         "<tr><td style='padding-right:12px'><b>drag in histogram</b></td><td>select faces</td></tr></table>"
     )
     columns[3].append(
-        "<h3>Mouse, with a tool for regions</h3><table><tr><td style='padding-right:12px'><b>drag</b></td>"
-        "<td>paint, draw round</td></tr><tr><td><b>drag beside</b></td><td>turn</td></tr>"
+        "<h3>Mouse, with a tool for regions</h3><table>"
+        "<tr><td><b>drag</b></td><td>paint, draw round</td></tr>"
+        "<tr><td style='padding-right:12px'><b>drag beside</b></td><td>turn</td></tr>"
         "<tr><td><b>right drag</b></td><td>turn</td></tr><tr><td><b>click</b></td><td>pick, draw</td></tr>"
         "<tr><td><b>Ctrl</b></td><td>free, remove</td></tr><tr><td><b>Esc</b></td><td>end</td></tr></table>"
     )
