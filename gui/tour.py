@@ -256,7 +256,12 @@ def measure(tour: Tour, folder: Path) -> None:
     tour.window.view.look_from((0.6, -1.0, 0.5), (0, 0, 1))
     measuring.cut_across((0.0, 1.0, 0.0))
     tour.window.show_panel("Measurements")
+    docks = [tour.window.docks["Cross-section"]]
+    tour.window.resizeDocks(docks, [380], Qt.Orientation.Vertical)
+    tour.wait()
+    tour.window.section.frame()
     tour.picture("measuring")
+    tour.window.resizeDocks(docks, [190], Qt.Orientation.Vertical)
     tour.do("section")
     nut.decimate(0.7).save(folder / "coarse.ply")
     tour.open(folder / "coarse.ply")
@@ -264,8 +269,8 @@ def measure(tour: Tour, folder: Path) -> None:
     tour.do("compare_layers")
     dialog = tour.application.comparing.dialog
     assert dialog is not None
-    tour.picture("compare", dialog)
     dialog.accept()
+    tour.window.show_panel("Histogram")
     tour.picture("comparing")
     tour.application.sessions.write(folder / "nut.vtksmooth")
     tour.wait()

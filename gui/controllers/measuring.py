@@ -75,6 +75,8 @@ class Measuring(QObject):
         """Show measurements and the section as they are now."""
         document, window = self._document, self._window
         window.action(f"unit_{document.unit or 'none'}").setChecked(True)
+        for form in (window.filters.form, window.recipe.form):
+            form.set_unit(document.unit)
         if self._on is not None and self._on is not document.active:
             self._picked = []
         missing = [

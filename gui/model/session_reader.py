@@ -342,7 +342,9 @@ class _Reader:
             return
         if found is not None:
             state.recipe, state.sources = found
-            state.did = tuple(entry.get("did", ()))
+            # One for each step, whatever the file says.
+            did, steps = [str(words) for words in entry.get("did", ())], len(state.recipe)
+            state.did = (*did, *[""] * steps)[:steps]
 
     def _recipe(self, entry: dict[str, Any]) -> tuple[recipe.Recipe, dict[Source, State]] | None:
         """Return a recipe and the meshes of its sources; None if one of these is missing."""

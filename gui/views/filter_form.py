@@ -55,6 +55,7 @@ class FilterForm(QScrollArea):
         self.sections: dict[str, QToolButton] = {}
         self._unfolded: set[str] = set()
         self._names: list[str] = []
+        self._unit = ""
         self._targets: list[tuple[str, Any]] = []
 
     def show_filter(self, cls: type[Filter] | None) -> None:
@@ -82,6 +83,7 @@ class FilterForm(QScrollArea):
             box.activated.connect(partial(self._chosen, name))
         for name, parameter in cls.parameters().items():
             row = ParameterRow(parameter, self._names)
+            row.set_unit(self._unit)
             row.changed.connect(self.edited)
             row.changed.connect(self._name_sections)
             self.rows[name] = row
@@ -151,6 +153,12 @@ class FilterForm(QScrollArea):
         self.input_chosen.emit(name)
 
     # -- what there is to choose from --------------------------------------------------------------
+
+    def set_unit(self, unit: str) -> None:
+        """Show lengths with the unit of the document."""
+        self._unit = unit
+        for row in self.rows.values():
+            row.set_unit(unit)
 
     def set_targets(self, targets: list[tuple[str, Any]], names: list[str]) -> None:
         """Offer meshes for further inputs, the likeliest first, and names of arrays."""

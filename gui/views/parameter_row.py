@@ -21,6 +21,8 @@ from PySide6.QtWidgets import (
 
 from vtksmooth.filters.parameter import AUTO, Parameter
 
+#: The unit of parameters that are lengths.
+LENGTH = "model units"
 _LARGEST = 2**31 - 1
 #: Sliders have this many steps for floats.
 _STEPS = 1000
@@ -188,6 +190,11 @@ class ParameterRow(QWidget):
     def set_default(self) -> None:
         """Go back to the default."""
         self.set_value(self.parameter.default)
+
+    def set_unit(self, unit: str) -> None:
+        """Show a length with the unit of the document."""
+        if self.parameter.unit == LENGTH and isinstance(self.editor, (QSpinBox, QDoubleSpinBox)):
+            self.editor.setSuffix(f" {unit or LENGTH}")
 
     def set_names(self, names: list[str]) -> None:
         """Offer names of arrays."""

@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QColor
-from PySide6.QtWidgets import QSlider, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QSlider, QToolBar, QVBoxLayout, QWidget
 
 from ..model.section import Outline
 from ..model.units import labelled, quantity
@@ -34,12 +34,13 @@ class SectionPlot(QWidget):
         self.plot.showGrid(x=True, y=True, alpha=0.15)
         for name in ("left", "bottom"):
             self.plot.getAxis(name).enableAutoSIPrefix(False)
-        self.legend = self.plot.addLegend(offset=(-8, 4), verSpacing=-4)
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, _STEPS)
         self.slider.setToolTip("Move the plane; in the view it can be dragged and turned")
         self.slider.valueChanged.connect(lambda place: self.moved.emit(place / _STEPS))
         self.slider.setMinimumWidth(80)
+        #: A legend outside of the plot, where it hides nothing.
+        self.lengths = QLabel(" ")
         tools = QToolBar()  # where it is too narrow for all, it offers the rest in a menu
         tools.addWidget(self.slider)
         for action in actions:
@@ -48,8 +49,9 @@ class SectionPlot(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addWidget(tools)
+        layout.addWidget(self.lengths)
         layout.addWidget(self.plot, 1)
-        self.setMinimumHeight(110)
+        self.setMinimumHeight(130)
         self.outlines: tuple[Outline | None, Outline | None] = (None, None)
         self._shown: Any = None
 
@@ -58,6 +60,7 @@ class SectionPlot(QWidget):
     ) -> None:
         """Show outlines; None leaves one out. `names` are those of the axes."""
         self.outlines = (before, after)
+        words = []
         for item in [*self.plot.listDataItems()]:
             self.plot.removeItem(item)
         for one, title, colour, width in (
@@ -68,10 +71,10 @@ class SectionPlot(QWidget):
                 continue
             x, y = one.segments.reshape(-1, 2).T
             length = quantity(f"{one.length:.5g}", unit)
-            self.plot.plot(
-                x, y, connect="pairs", pen=pyqtgraph.mkPen(QColor(*colour), width=width),
-                name=f"{title}, {length} long",
-            )  # fmt: skip
+            words.append(f'<span style="color: {QColor(*colour).name()}">▬</span> {title}, {length} long')
+            pen = pyqtgraph.mkPen(QColor(*colour), width=width)
+            self.plot.plot(x, y, connect="pairs", pen=pen, name=title)
+        self.lengths.setText("&nbsp; ".join(words) or " ")
         for axis, name in zip(("bottom", "left"), names, strict=True):
             self.plot.getAxis(axis).setLabel(labelled(name, unit))
         if names != self._shown and any(one is not None and len(one.segments) for one in self.outlines):
@@ -105,4 +108,3 @@ class SectionPlot(QWidget):
             axis = self.plot.getAxis(name)
             axis.setPen(theme.muted)
             axis.setTextPen(theme.text_colour)
-        self.legend.setLabelTextColor(theme.text_colour)
