@@ -424,7 +424,7 @@ def images(page: list[str], quick: bool) -> None:
 
 def parts(page: list[str], data: Path, folder: Path) -> None:
     """Fill real parts with voxels, and smooth these inside the parts."""
-    rows, meshes = [], []
+    rows = []
     for name, kind, cells in PARTS:
         part = read_surface(data / name)[0]
         space = SignedDistance(part)
@@ -444,7 +444,7 @@ def parts(page: list[str], data: Path, folder: Path) -> None:
                 f"{report.crossing[0]} -> {check.summary['triangles_crossing']}",
             ]
         )  # fmt: skip
-        meshes += [(f"{kind}, voxels", skin), (f"{kind}, smoothed", result)]
+        _picture([("voxels", skin), ("smoothed", result)], folder / "pictures" / f"installation_{kind}.png")
     page += ["## Real parts, filled with voxels", ""]
     page += [
         f"All voxels (of the part's diagonal over {', '.join(str(cells) for *_, cells in PARTS)}) that are "
@@ -466,8 +466,8 @@ def parts(page: list[str], data: Path, folder: Path) -> None:
         "crossing",
     ]
     page += tables.table(head, rows)
-    _picture(meshes, folder / "pictures" / "installation_parts.png")
-    page += ["![parts](pictures/installation_parts.png)", ""]
+    for _, kind, _ in PARTS:
+        page += [f"![{kind}](pictures/installation_{kind}.png)", ""]
 
 
 def _filling(space: SignedDistance, cells: int) -> pv.PolyData:
