@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 #: What has to do with places and sizes in the view.
-TESTS = "probe or swipe or screenshot or worst or dragging or thresholds_are_dragged or drawn_once"
+TESTS = "probe or swipe_line or screenshot or dragging_in_the_plot or thresholds_are_dragged"
 
 
 @pytest.mark.parametrize("factor", ["1.5", "2"])
