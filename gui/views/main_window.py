@@ -223,7 +223,7 @@ class MainWindow(QMainWindow):
         self.resizeDocks(
             [docks["History"], docks["Numbers"], docks["Log"]], [170, 420, 150], Qt.Orientation.Vertical
         )
-        self.resizeDocks([docks["Histogram"], docks["Worst faces"]], [700, 230], Qt.Orientation.Horizontal)
+        self.resizeDocks([docks["Histogram"], docks["Worst faces"]], [470, 460], Qt.Orientation.Horizontal)
         self.resizeDocks([docks["Histogram"]], [190], Qt.Orientation.Vertical)
         windows = self.menus["View"].addMenu("Panels")
         for dock in docks.values():
