@@ -1085,7 +1085,7 @@ class VtksmoothAccessor:
         Smoothing works evenly where valences are even. All points stay, with their data; the triangles take
         the data of their polygons' cells. Verts and lines pass; faces with fewer than three corners go.
         Adds the cell array ``OriginalCell`` (int64): the number of the cell that each cell was or is part of.
-        Source: paper B, section 4.1.
+        Source: the installation-space paper, section 4.1.
 
         Parameters
         ----------
@@ -1129,7 +1129,7 @@ class VtksmoothAccessor:
 
         Adds the point arrays ``Fixed`` (uint8: 1 on the installation space) and ``BlendWeight`` (float64: 1 at
         free points, falling to 0 within some rings of fixed points), which keeps a ridge from forming where
-        clean meets noisy. Source: paper B, section 4.2.
+        clean meets noisy. Source: the installation-space paper, section 4.2.
 
         Parameters
         ----------
@@ -1347,7 +1347,7 @@ class VtksmoothAccessor:
         Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
         angle-weighted pseudonormals. A triangle whose corners are all inside may still be pierced, by a concave
         corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
-        ValenceTriangulation makes of them. Source: paper B, section 6, and beyond it.
+        ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and beyond it.
 
         Parameters
         ----------

@@ -53,7 +53,7 @@ _INLET, _OUTLET = 0, 46
 def channel(refinement: int = 1) -> tuple[pv.PolyData, pv.PolyData]:
     """Make a flow volume of cells in an installation space with bends, a narrowing and inner corners.
 
-    As in the paper on installation spaces (paper B, section 2.2): the space is cut out of a regular grid,
+    As in the paper on installation spaces (section 2.2): the space is cut out of a regular grid,
     cells are cut by its walls, and the skin of all cells that the flow touches is taken. It lies on the
     space's walls where the flow fills the space, and is made of stairs elsewhere.
 

@@ -24,7 +24,7 @@ class ContainmentCheck(Filter):
     Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
     angle-weighted pseudonormals. A triangle whose corners are all inside may still be pierced, by a concave
     corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
-    ValenceTriangulation makes of them. Source: paper B, section 6, and beyond it.
+    ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and beyond it.
 
     Guarantees
     ----------

@@ -23,7 +23,7 @@ class InstallationSpaceRegions(Filter):
 
     Adds the point arrays ``Fixed`` (uint8: 1 on the installation space) and ``BlendWeight`` (float64: 1 at
     free points, falling to 0 within some rings of fixed points), which keeps a ridge from forming where
-    clean meets noisy. Source: paper B, section 4.2.
+    clean meets noisy. Source: the installation-space paper, section 4.2.
 
     Guarantees
     ----------

@@ -145,7 +145,7 @@ class RegionMarking(Filter):
         if rings == 0 or distance == 0.0:
             return None
         if rings is not None:
-            # The blending of paper B, into the free part.
+            # The blending of the installation-space paper, into the free part.
             return np.asarray(1.0 - blend_weights(mesh.mesh, ~fixed, rings))
         if distance is not None:
             away = edge_distances(mesh.mesh.points, mesh.rings, np.flatnonzero(fixed), distance)

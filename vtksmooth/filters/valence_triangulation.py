@@ -22,7 +22,7 @@ class ValenceTriangulation(Filter):
     Smoothing works evenly where valences are even. All points stay, with their data; the triangles take
     the data of their polygons' cells. Verts and lines pass; faces with fewer than three corners go.
     Adds the cell array ``OriginalCell`` (int64): the number of the cell that each cell was or is part of.
-    Source: paper B, section 4.1.
+    Source: the installation-space paper, section 4.1.
 
     Guarantees
     ----------

@@ -1,4 +1,4 @@
-"""Regions of a mesh: marked vertices grown, shrunk and softened, connected parts, and paper B's blending."""
+"""Regions of a mesh: marked vertices grown, shrunk and softened, connected parts, and blending."""
 
 from __future__ import annotations
 
@@ -94,8 +94,8 @@ def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
     """Return how far each vertex may take part in smoothing: 1 where free, falling to 0 in fixed parts.
 
     Free vertices have the weight 1, fixed ones 0; then in each of `steps` steps every fixed vertex takes
-    the mean of its neighbours' weights, all at the same time. Free vertices keep 1. Source: paper B,
-    section 4.2.
+    the mean of its neighbours' weights, all at the same time. Free vertices keep 1. Source: the
+    installation-space paper, section 4.2.
 
     Parameters
     ----------

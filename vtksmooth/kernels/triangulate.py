@@ -1,4 +1,4 @@
-"""Polygons into triangles so that vertex valences come near six ("paper B", section 4.1).
+"""Polygons into triangles so that vertex valences come near six (the installation-space paper, section 4.1).
 
 The greedy algorithm of the paper's Figure 2, then flips of the edges that it inserted. Time is linear in
 the number of polygons: valences only grow while edges are inserted, so in place of a heap the candidates
@@ -615,7 +615,7 @@ def triangulate(mesh: Mesh) -> tuple[Int32, Int32]:
     Greedy: of all diagonals that are no edges yet, the one whose greater valence is lowest, ties by the
     order of the faces and their corners. Then inserted edges are flipped while that lowers the sum of
     |6 - valence|, on the boundary |4 - valence|; or leaves it and lowers the sum of the squares. Source:
-    paper B, section 4.1, Figure 2 and equation (1).
+    Installation-space paper, section 4.1, Figure 2 and equation (1).
 
     Parameters
     ----------

@@ -149,8 +149,8 @@ def _halve(starts, ends, points, refused, proposed):  # type: ignore[no-untyped-
 class Gate(Constraint):
     """Accept a move only if it improves the elements round the vertex.
 
-    ``"aspect"`` (paper C, section 2.1): as many inverted elements as before and a greater smallest k, or
-    fewer inverted elements and none worse than the worst of the whole mesh when the pass began. With it
+    ``"aspect"`` (Semenova et al., section 2.1): as many inverted elements as before and a greater smallest k,
+    or fewer inverted elements and none worse than the worst of the whole mesh when the pass began. With it
     no pass lowers the smallest k of the mesh or makes more elements inverted.
     ``"floor"``: as before where the smallest k is below a floor; there, if the smallest k stays, and where
     it is above and remains so, a greater sum of k is enough. A step that fails is halved three times before

@@ -223,8 +223,8 @@ class TrapeziumDrawing(Scheme):
     """Every neighbour p_i asks for the point that makes an isosceles triangle with it and its partner.
 
     The neighbours are the star: for triangles the one-ring, for quadrilaterals also the nodes across.
-    The proposal is the mean of what they ask for (paper C, section 2). Each p0_i lies on a parallel to
-    p_i p_j through p0: that is what keeps the vertex close to the surface that the mesh approximates.
+    The proposal is the mean of what they ask for (Semenova et al., section 2). Each p0_i lies on a parallel
+    to p_i p_j through p0: that is what keeps the vertex close to the surface that the mesh approximates.
     """
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
