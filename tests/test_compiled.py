@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import vtksmooth
+from vtksmooth.kernels import compiled
 
 PROGRAM = """
 import sys
@@ -26,6 +28,24 @@ with compiled.on_compile(names.append):
     moved = _carry_out(starts, ends, np.zeros(3, np.uint8), np.ones((3, 3)), points)
     print(moved, points.sum(), len(names))
 """
+
+
+def parsed(source: Path) -> set[Path]:
+    """What a source imports of the package, by Python's own parser."""
+    found = set()
+    for node in ast.parse(source.read_bytes()).body:
+        if isinstance(node, ast.ImportFrom) and node.level:
+            home = source.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            names = [home / f"{name.name}.py" for name in node.names]
+            found |= {home.with_suffix(".py"), home / "__init__.py", *names}
+    return {path for path in found if path.is_file()}
+
+
+def test_all_imports_of_the_sources_are_found() -> None:
+    sources = list(Path(vtksmooth.__file__).parent.rglob("*.py"))
+    assert len(sources) > 50
+    for source in sources:
+        assert set(compiled._imported(source)) == parsed(source), source
 
 
 @pytest.fixture
