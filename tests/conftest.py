@@ -25,6 +25,7 @@ _TOGETHER = (
 collect_ignore = ["paraview_session.py"]
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the marks
 def pytest_collection_modifyitems(items):
     """Give tests that share something to one process: windows the keyboard, others a costly fixture."""
     for item in items:
