@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -56,9 +57,10 @@ follow_imports = skip
 
 
 def mypy(*arguments, **more):
-    done = subprocess.run(
-        [sys.executable, "-m", *map(str, arguments)], capture_output=True, text=True, **more
-    )
+    # Where the installation is editable, mypy must be told where the package is.
+    environment = {**os.environ, "PYTHONPATH": str(Path(accessor_stub.PATH).parents[1])}
+    command = [sys.executable, "-m", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, **more)
     assert done.returncode == 0, done.stdout + done.stderr
 
 

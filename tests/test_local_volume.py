@@ -267,9 +267,11 @@ def test_triangles_have_a_kernel_that_agrees_with_the_general_one():
         area, volume, expected_volume = np.empty((mesh.n_faces, 3)), np.empty(1), np.empty(1)
         common = (mesh.connectivity, reference, flux)
         before_and_after = (*faces, mesh.points, after)
-        inverted = local_volume._sweep(*before_and_after, mesh.offsets, *common, expected, expected_volume)
+        inverted = local_volume._sweep(
+            *before_and_after, mesh.offsets, *common, expected, mesh.n_faces, expected_volume
+        )
         assert inverted > 0
-        found = local_volume._sweep_triangles(*before_and_after, *common, swept, volume, area)
+        found = local_volume._sweep_triangles(*before_and_after, *common, swept, mesh.n_faces, volume, area)
         assert found == inverted
         np.testing.assert_allclose([volume[0], expected_volume[0]], expected.sum(), atol=1e-13)
         np.testing.assert_allclose(swept, expected, atol=1e-14)

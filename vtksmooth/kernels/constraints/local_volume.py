@@ -24,9 +24,6 @@ from .null_space import NullSpace, directions, normals_for
 #: unstable (3.2).
 _SMALLEST_COSINE = 0.05
 
-#: Faces whose volumes are summed by one thread: the sum of these sums does not depend on how many there are.
-_PART = 4096
-
 #: Most Newton steps to close the volume.
 _CLOSINGS = 4
 
@@ -35,9 +32,9 @@ _ATTEMPTS, _WIDENING = 16, 8
 
 
 @kernel
-def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, swept, volumes):  # type: ignore[no-untyped-def]
-    # What each face sweeps beyond its flux, by corners, and each part of _PART faces; returns how many faces
-    # become inverted.
+def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, swept, portion, volumes):  # type: ignore[no-untyped-def]
+    # What each face sweeps beyond its flux, by corners, and each `portion` of faces; returns how many
+    # faces become inverted.
     inverted = 0
     for part in range(starts.size):
         volume = 0.0
@@ -51,13 +48,13 @@ def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, 
                 volume += swept[c]
             if newly_inverted(before, after, offsets, connectivity, reference, f):
                 inverted += 1
-        volumes[starts[part] // _PART] = volume
+        volumes[starts[part] // portion] = volume
     return inverted
 
 
 @kernel
 def _sweep_triangles(  # type: ignore[no-untyped-def]
-    starts, ends, before, after, connectivity, reference, flux, swept, volumes, area
+    starts, ends, before, after, connectivity, reference, flux, swept, portion, volumes, area
 ):
     # As _sweep, where all faces are triangles, reading each corner once; and twice their area vectors
     # afterwards. The sign of a face is found step by step as quality.face_square finds it.
@@ -129,7 +126,7 @@ def _sweep_triangles(  # type: ignore[no-untyped-def]
                 ny = az * bx - ax * bz
                 nz = ax * by - ay * bx
                 inverted += not nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0
-        volumes[starts[part] // _PART] = volume
+        volumes[starts[part] // portion] = volume
     return inverted
 
 
@@ -349,7 +346,9 @@ class LocalVolume(Constraint):
         self._last_residual: Callable[[], list[float]] = list
         if not state.in_place:
             self._swept, self._answer = np.empty(len(state.topology.connectivity)), np.empty(n)
-            self._volumes = np.empty(-(-m // _PART))
+            # Summed range by range: then the sum does not depend on the number of threads.
+            self._faces = parallel.ranges(m)
+            self._volumes = np.empty(len(self._faces[0]))
             self._held = np.zeros(n, np.uint8)
             self._area = np.empty((m if state.topology.only_triangles else 0, 3))
             self._find_bodies(state)
@@ -429,17 +428,18 @@ class LocalVolume(Constraint):
 
     def _sweep(self, state: State, proposed: Float64) -> int:
         topology = state.topology
-        faces = parallel.ranges(topology.n_faces, _PART)
+        portion = int(self._faces[1][0])
         if len(self._area):
             inverted = parallel.run(
-                _sweep_triangles, *faces, state.points, proposed,
-                topology.connectivity, state.reference, self._flux, self._swept, self._volumes, self._area,
+                _sweep_triangles, *self._faces, state.points, proposed,
+                topology.connectivity, state.reference, self._flux,
+                self._swept, portion, self._volumes, self._area,
             )  # fmt: skip
         else:
             inverted = parallel.run(
-                _sweep, *faces, state.points, proposed,
+                _sweep, *self._faces, state.points, proposed,
                 topology.offsets, topology.connectivity, state.reference, self._flux,
-                self._swept, self._volumes,
+                self._swept, portion, self._volumes,
             )  # fmt: skip
         return sum(inverted)
 
