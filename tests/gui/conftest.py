@@ -1,6 +1,5 @@
 """Windows for tests: real ones, on a display; without Qt or a display the tests on them are skipped."""
 
-import gc
 import os
 import sys
 from pathlib import Path
@@ -115,8 +114,6 @@ def display():
 def open_window(request, display, settings_file):
     """A function that opens the application; all windows are closed at the end."""
     qtbot = request.getfixturevalue("qtbot")
-    from PySide6.QtCore import QCoreApplication, QEvent
-
     from vtksmooth_gui import start
     from vtksmooth_gui.controllers.application import Application
     from vtksmooth_gui.settings import Settings
@@ -142,11 +139,6 @@ def open_window(request, display, settings_file):
     for user in opened:
         user.window.close()
         user.jobs.close()
-        user.window.deleteLater()
-        vars(user).clear()
-    # Else each window would keep its 40 MB till the last test.
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    gc.collect()
 
 
 @pytest.fixture
