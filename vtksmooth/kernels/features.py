@@ -15,6 +15,7 @@ from .dihedral import FEW, dihedral_angle, face_normals, faces_of_edges
 from .mesh import Mesh
 from .metric_tensor import WEIGHTS, corner_angle, eigen, metric_tensor
 from .normal_filter import filter_normals, noise
+from .union_find import find_root, join
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
@@ -434,26 +435,18 @@ def detect(
     return Features(classes, picked, found, kinds, float(ridge_angle), float(corner_angle))
 
 
-@device
-def _root(parent, v):  # type: ignore[no-untyped-def]
-    while parent[v] != v:
-        parent[v] = parent[parent[v]]
-        v = parent[v]
-    return v
-
-
 @kernel
 def _strong_or_long(found, strong, parent, size, seeds, kept):  # type: ignore[no-untyped-def]
     # Which edges hang together with a strong one, or with many: where a fillet's angles are about the
     # threshold, dashes remain otherwise.
     for e in range(found.shape[0]):
-        parent[_root(parent, found[e, 0])] = _root(parent, found[e, 1])
+        join(parent, found[e, 0], found[e, 1])
     for e in range(found.shape[0]):
-        part = _root(parent, found[e, 0])
+        part = find_root(parent, found[e, 0])
         size[part] += 1
         seeds[part] += strong[e]
     for e in range(found.shape[0]):
-        part = _root(parent, found[e, 0])
+        part = find_root(parent, found[e, 0])
         kept[e] = size[part] >= _LONG or seeds[part] > 0
 
 

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from . import parallel
 from .adjacency import Adjacency, edges, one_rings, vertex_corners
-from .compiled import device, kernel
+from .compiled import kernel
 from .mesh import Mesh
+from .union_find import find_root, join
 
 Bool = npt.NDArray[np.bool_]
 Float64 = npt.NDArray[np.float64]
@@ -125,29 +126,13 @@ def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
     return old
 
 
-@device
-def _root(parent, v):  # type: ignore[no-untyped-def]
-    while parent[v] != v:
-        parent[v] = parent[parent[v]]
-        v = parent[v]
-    return v
-
-
-@device
-def _join(parent, v, w):  # type: ignore[no-untyped-def]
-    # The smaller number is the root: then a part is named after its first member, in whatever order.
-    a = _root(parent, v)
-    b = _root(parent, w)
-    parent[max(a, b)] = min(a, b)
-
-
 @kernel
 def _label_points(offsets, connectivity, parent):  # type: ignore[no-untyped-def]
     for f in range(offsets.size - 1):
         for c in range(offsets[f] + 1, offsets[f + 1]):
-            _join(parent, connectivity[c - 1], connectivity[c])
+            join(parent, connectivity[c - 1], connectivity[c])
     for v in range(parent.size):
-        parent[v] = _root(parent, v)
+        parent[v] = find_root(parent, v)
 
 
 def components(mesh: Mesh) -> Int32:
@@ -171,9 +156,9 @@ def components(mesh: Mesh) -> Int32:
 def _label_faces(faces, crossed, parent):  # type: ignore[no-untyped-def]
     for e in range(faces.shape[0]):
         if crossed[e] and faces[e, 0] >= 0 and faces[e, 1] >= 0:
-            _join(parent, faces[e, 0], faces[e, 1])
+            join(parent, faces[e, 0], faces[e, 1])
     for f in range(parent.size):
-        parent[f] = _root(parent, f)
+        parent[f] = find_root(parent, f)
 
 
 def patches(near: Adjacency, lines: npt.NDArray[np.integer]) -> Int32:

@@ -12,6 +12,7 @@ from ...report import RunReport
 from .. import parallel
 from ..compiled import device, kernel
 from ..quality import area_vectors
+from ..regions import components
 from ..state import State
 from ..swept_volume import mean_normal, sweep_face, volume_gradient
 from . import Constraint, Float64, Int64
@@ -256,29 +257,6 @@ def _one_by_one(  # type: ignore[no-untyped-def]
             shorten(points, near, reference, halvings, v, proposed)
 
 
-@kernel
-def _bodies(offsets, connectivity, root):  # type: ignore[no-untyped-def]
-    # Union-find; the root of a body is its smallest vertex.
-    for v in range(root.size):
-        root[v] = v
-    for f in range(offsets.size - 1):
-        for c in range(offsets[f] + 1, offsets[f + 1]):
-            a = connectivity[c - 1]
-            b = connectivity[c]
-            while root[a] != a:
-                root[a] = root[root[a]]
-                a = root[a]
-            while root[b] != b:
-                root[b] = root[root[b]]
-                b = root[b]
-            if a < b:
-                root[b] = a
-            else:
-                root[a] = b
-    for v in range(root.size):
-        root[v] = root[root[v]]
-
-
 class LocalVolume(Constraint):
     """Give back, round every vertex, the volume that the steps sweep; Jiao, section 3.
 
@@ -355,8 +333,7 @@ class LocalVolume(Constraint):
 
     def _find_bodies(self, state: State) -> None:
         topology, n = state.topology, len(state.points)
-        root = np.empty(n, np.int32)
-        _bodies(topology.offsets, topology.connectivity, root)
+        root = components(topology)
         roots = np.unique(root[topology.connectivity])
         self._bodies = max(1, len(roots))
         self._body = np.empty(0, np.int32)
