@@ -20,6 +20,16 @@ def directed_edges(mesh):
     return found
 
 
+def fans(faces, v):
+    """Into how many fans the triangles round v fall: they are in one fan if they share an edge at v."""
+    fan = list(range(len(faces)))
+    for i, face in enumerate(faces):
+        for j, other in enumerate(faces):
+            if len(set(face) & set(other) - {v}) > 0:
+                fan = [fan[i] if number == fan[j] else number for number in fan]
+    return len(set(fan))
+
+
 def one_rings(mesh):
     rings = [set() for _ in range(mesh.n_points)]
     for p, q in directed_edges(mesh):

@@ -93,12 +93,35 @@ def test_blocks_and_colours_are_independent(mesh, near, block_size):
         block[order[low:high]] = b
         for c, (first, last) in enumerate(pairwise(row)):
             colour[order[first:last]] = c
+            sizes = np.diff(near.star_offsets)[order[first:last]]
+            assert (np.diff(np.minimum(sizes, 15)) >= 0).all()
     for p, star in enumerate(reference.stars(mesh)):
         for q in star:
             if block[p] == block[q]:
                 assert colour[p] != colour[q]
             else:
                 assert block_colour[block[p]] != block_colour[block[q]]
+
+
+@pytest.mark.parametrize("name", [name for name in EVERY if EVERY[name]().only_triangles])
+def test_cycles_have_each_triangle_between_two_neighbours(name):
+    mesh = EVERY[name]()
+    near, before = adjacency.build(mesh), adjacency.build(mesh)
+    adjacency.turn_into_cycles(near)
+    for v, (corners, ring) in enumerate(
+        zip(rows(near.corner_offsets, near.corners), rows(near.ring_offsets, near.ring), strict=True)
+    ):
+        first, last = before.corner_offsets[v : v + 2]
+        assert sorted(corners) == before.corners[first:last].tolist()
+        first, last = before.ring_offsets[v : v + 2]
+        assert sorted(ring) == sorted(before.ring[first:last].tolist())
+        faces = [mesh.connectivity[c - c % 3 : c - c % 3 + 3].tolist() for c in corners]
+        turned = [[*face[face.index(v) :], *face[: face.index(v)]] for face in faces]
+        if near.border[v] == adjacency.INTERIOR and reference.fans(faces, v) == 1:
+            assert turned == [[v, *pair] for pair in zip(ring, ring[1:] + ring[:1], strict=True)]
+            assert corners[0] == min(corners)
+        else:
+            assert corners == before.corners[before.corner_offsets[v] : before.corner_offsets[v + 1]].tolist()
 
 
 def test_breadth_first_order(mesh, near):

@@ -18,7 +18,7 @@ ROOT = PACKAGE.parent
 #: What a layer may import besides the standard library and the layers below it.
 FOREIGN = [
     set(),
-    {"numpy", "numba", "scipy"},
+    {"numpy", "llvmlite", "numba", "scipy"},
     {"numpy", "vtkmodules"},
     {"numpy", "vtkmodules", "paraview"},
     {"numpy", "vtkmodules", "pyvista"},
@@ -197,7 +197,7 @@ def test_no_module_imports_itself_by_way_of_others():
 @pytest.mark.parametrize(
     ("module", "unwanted"),
     [
-        ("vtksmooth", {"numpy", "numba", "vtkmodules", "pyvista"}),
+        ("vtksmooth", {"numpy", "llvmlite", "numba", "vtkmodules", "pyvista"}),
         ("vtksmooth.filters", {"vtk", "pyvista", "matplotlib"}),
         ("vtksmooth.kernels.loop", {"vtkmodules", "pyvista"}),
         ("vtksmooth.accessor", {"vtksmooth.cli", "vtksmooth.demo"}),

@@ -32,18 +32,28 @@ def small_blocks(monkeypatch):
 
 @pytest.mark.parametrize(
     "name",
-    ["sheet", "torus", "misoriented", "degenerate_faces", "isolated_points", "non_manifold_edge", "moebius"],
-)
+    [
+        "sheet", "torus", "fan", "fixed", "hourglass",
+        "misoriented", "degenerate_faces", "isolated_points", "non_manifold_edge", "moebius",
+    ],
+)  # fmt: skip
 def test_the_fused_sweep_gives_the_bits_of_the_parts(name, small_blocks, monkeypatch):
+    fixed = None
     if name == "sheet":
         mesh = meshes.sheet(24, 20, jitter=0.6, bump=3.0)
-    elif name == "torus":
+    elif name in ("torus", "fixed"):
         mesh = meshes.torus(40, 20, jitter=0.5)
+        fixed = np.arange(mesh.n_points) % 7 < 2 if name == "fixed" else None
+    elif name == "fan":
+        mesh = meshes.joined(
+            *(meshes.fan(valence, height=0.2) for valence in (3, 4, 5, 6, 7, 7, 17, 40, 200))
+        )
     else:
         mesh = meshes.HOSTILE[name]()
-    fused, fused_report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=4)
+    road = {"iterations": 4, "fixed": fixed}
+    fused, fused_report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], **road)
     monkeypatch.setattr(loop._Run, "_prepare_fused", lambda run, k: None)
-    parts, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=4)
+    parts, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], **road)
     assert fused.tobytes() == parts.tobytes()
     assert (fused_report.iterations, fused_report.stop_reason) == (report.iterations, report.stop_reason)
     assert report.moved == fused_report.moved > 0

@@ -22,6 +22,9 @@ INTERIOR, BORDER, IRREGULAR, ISOLATED = 0, 1, 2, 3
 #: Vertices of a block: its ring data fits a core's second-level cache.
 BLOCK_SIZE = 2048
 
+#: Larger stars are not told apart where vertices are sorted by the size of their stars.
+_LARGEST_SIZE = 15
+
 
 class Adjacency(NamedTuple):
     """The neighbourhoods of a mesh, as compressed rows; row v of X is ``X[X_offsets[v]:X_offsets[v+1]]``.
@@ -290,6 +293,48 @@ def build(mesh: Mesh) -> Adjacency:
 
 
 @kernel
+def _turn_into_cycles(starts, ends, near, widest):  # type: ignore[no-untyped-def]
+    after = np.empty(widest, np.int32)
+    before = np.empty(widest, np.int32)
+    corners = np.empty(widest, np.int32)
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            row = near.corner_offsets[v]
+            size = near.corner_offsets[v + 1] - row
+            if near.border[v] != 0 or size > widest:
+                continue
+            for i in range(size):
+                c = near.corners[row + i]
+                a = c - c % 3
+                corners[i] = c
+                after[i] = near.connectivity[c + 1 if c < a + 2 else a]
+                before[i] = near.connectivity[c - 1 if c > a else a + 2]
+            # Each round finds the face that begins where the last one ends, and puts it in the next place.
+            found = 1
+            for i in range(1, size):
+                for j in range(i, size):
+                    if after[j] == before[i - 1]:
+                        after[i], after[j] = after[j], after[i]
+                        before[i], before[j] = before[j], before[i]
+                        corners[i], corners[j] = corners[j], corners[i]
+                        found += 1
+                        break
+            if found == size:  # otherwise several fans meet at v
+                near.corners[row : row + size] = corners[:size]
+                first = near.ring_offsets[v]
+                near.ring[first : first + size] = after[:size]
+
+
+def turn_into_cycles(near: Adjacency) -> None:
+    """Sort the triangles round each interior vertex, and its ring: triangle i joins neighbours i and i + 1.
+
+    Starts with the face of the lowest number. Changes `near`, of a mesh of triangles only; vertices where
+    several fans meet, and those with more than 255 faces, stay as they are.
+    """
+    parallel.run(_turn_into_cycles, *parallel.ranges(len(near.border)), near, 255)
+
+
+@kernel
 def _breadth_first(ring_offsets, ring, order, seen):  # type: ignore[no-untyped-def]
     n = ring_offsets.size - 1
     filled = 0
@@ -359,19 +404,32 @@ def _colour(star_offsets, star, order, block_size, rank, colour, block_colour): 
 
 
 @kernel
-def _sort_blocks(order, colour, block_size, starts, result):  # type: ignore[no-untyped-def]
+def _sort_blocks(order, star_offsets, colour, block_size, starts, result):  # type: ignore[no-untyped-def]
     n = order.size
     blocks, columns = starts.shape
+    # Two stable counting sorts: by the size of the star, then by colour.
+    by_size = np.empty(block_size, np.int64)
     for b in range(blocks):
         low = b * block_size
         high = min(n, low + block_size)
+        count = np.zeros(_LARGEST_SIZE + 2, np.int64)
         for i in range(low, high):
+            v = order[i]
+            count[min(star_offsets[v + 1] - star_offsets[v], _LARGEST_SIZE) + 1] += 1
             starts[b, colour[i] + 1] += 1
+        for size in range(_LARGEST_SIZE + 1):
+            count[size + 1] += count[size]
+        for i in range(low, high):
+            v = order[i]
+            size = min(star_offsets[v + 1] - star_offsets[v], _LARGEST_SIZE)
+            by_size[count[size]] = i
+            count[size] += 1
         starts[b, 0] = low
         for c in range(1, columns):
             starts[b, c] += starts[b, c - 1]
         fill = starts[b].copy()
-        for i in range(low, high):
+        for k in range(high - low):
+            i = by_size[k]
             result[fill[colour[i]]] = order[i]
             fill[colour[i]] += 1
 
@@ -386,7 +444,8 @@ def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -
     Returns
     -------
     order : (n,) int32
-        `order`, sorted by vertex colour inside each block (stable).
+        `order`, sorted inside each block by vertex colour, and vertices of one colour by the size of their
+        stars (stable).
     starts : (blocks, colours + 1) int32
         Where each vertex colour starts in `order`, block by block.
     block_colour : (blocks,) int32
@@ -397,7 +456,7 @@ def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -
     rank, result = np.empty(n, np.int32), np.empty(n, np.int32)
     colours = _colour(near.star_offsets, near.star, order, block_size, rank, colour, block_colour)
     starts = np.zeros((blocks, colours + 1), np.int32)
-    _sort_blocks(order, colour, block_size, starts, result)
+    _sort_blocks(order, near.star_offsets, colour, block_size, starts, result)
     return result, starts, block_colour
 
 

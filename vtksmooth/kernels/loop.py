@@ -27,8 +27,8 @@ from .constraints.fixed import Fixed
 from .constraints.gate import ASPECT, MARGIN, Gate
 from .guard import everywhere
 from .mesh import LARGEST_POLYGON, Mesh
-from .schemes import EdgeScheme, Scheme
-from .schemes.trapezium import Sweep, TrapeziumDrawing
+from .schemes import EdgeScheme, Scheme, trapezium_sweep
+from .schemes.trapezium import TrapeziumDrawing
 from .state import State
 
 Float64 = npt.NDArray[np.float64]
@@ -255,6 +255,8 @@ class _Run:
             del near
             mesh, face_order = adjacency.renumbered(mesh, self.order)
             near = adjacency.build(mesh)
+        if self.in_place and mesh.only_triangles:
+            adjacency.turn_into_cycles(near)
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh)
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
@@ -326,7 +328,7 @@ class _Run:
             inner = [(rows[:, c].copy(), rows[:, c + 1].copy()) for c in range(rows.shape[1] - 1)]
             self.classes.append(((rows[:, 0].copy(), rows[:, -1].copy()), inner))
 
-    def _prepare_fused(self, k: Float64) -> Sweep | None:
+    def _prepare_fused(self, k: Float64) -> trapezium_sweep.Sweep | None:
         # Trapezium Drawing with nothing but its own gate has a kernel of its own.
         acting = [c for c in self.constraints if not (isinstance(c, Boundary) and not c.sliding)]
         if (
@@ -335,7 +337,8 @@ class _Run:
             and isinstance(acting[0], Gate)
             and acting[0].kind == ASPECT
         ):
-            return self.scheme.prepare_sweep(self.state, k)
+            colours = [starts for _, inner in self.classes for starts, _ in inner]
+            return trapezium_sweep.prepare(self.state, k, np.concatenate(colours))
         return None
 
     def so_far(self) -> str:
@@ -354,6 +357,9 @@ class _Run:
         kept = state.points.copy() if self.stop.bounding else None
         moved = -1
         for turn in range(self.scheme.passes):
+            if self.fused is not None:
+                moved = sum(self._fused(self.fused, done, share))
+                continue
             self.scheme.prepare(state, turn)
             for constraint in self.constraints:
                 constraint.prepare(state)
@@ -361,8 +367,6 @@ class _Run:
                 moved = sum(self._operations(done, share))
             elif not self.in_place:
                 self._simultaneous(turn)
-            elif self.fused is not None:
-                moved = sum(self._fused(done, share))
             else:
                 moved = max(0, moved) + sum(self._in_place(turn, done, share))
         if moved == 0:
@@ -395,12 +399,10 @@ class _Run:
                 yield sum(parallel.run(_carry_out, starts, ends, self.state.pinned, self.proposed, points))
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
-    def _fused(self, done: float, share: float) -> Iterator[int]:
-        assert isinstance(self.scheme, TrapeziumDrawing)
-        assert self.fused is not None
-        worst = next(c.worst for c in self.constraints if isinstance(c, Gate))
+    def _fused(self, kept: trapezium_sweep.Sweep, done: float, share: float) -> Iterator[int]:
+        worst = float(kept.squares.min())
         for number, (blocks, _) in enumerate(self.classes):
-            yield self.scheme.sweep(self.state, self.fused, MARGIN, worst, *blocks)
+            yield trapezium_sweep.sweep(self.state, kept, MARGIN, worst, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _operations(self, done: float, share: float) -> Iterator[int]:

@@ -1,0 +1,85 @@
+"""Lanes do what NumPy does to each of four numbers, to the last bit."""
+
+import operator
+
+import numpy as np
+import pytest
+
+from vtksmooth.kernels import lanes
+from vtksmooth.kernels.compiled import kernel
+from vtksmooth.kernels.lanes import absolute, load, pack, select, spread, square_root, store
+
+A = np.array([[1.0, 5.0, 0.0, -7.5], [0.1, np.nan, np.inf, 1e-310]])
+B = np.array([[3.0, -2.0, 0.0, 4.25], [0.3, 1.0, np.inf, 1e-20]])
+
+
+@kernel
+def _arithmetic(a, b, found):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        x = load(a, i)
+        y = load(b, i)
+        store(found[0], i, x + y)
+        store(found[1], i, x - y)
+        store(found[2], i, x * y)
+        store(found[3], i, x / y)
+        store(found[4], i, -x)
+        store(found[5], i, absolute(x))
+        store(found[6], i, square_root(y))
+        store(found[7], i, 0.5 - x * 3.0)
+        x += y
+        x *= 2.0
+        x -= 0.25
+        x /= y
+        store(found[8], i, x)
+
+
+def test_arithmetic_has_the_bits_of_numpy():
+    found = np.empty((9, *A.shape))
+    with np.errstate(all="ignore"):
+        _arithmetic(A, B, found)
+        expected = np.array(
+            [
+                *(f(A, B) for f in (operator.add, operator.sub, operator.mul, operator.truediv)),
+                -A, abs(A), np.sqrt(B), 0.5 - A * 3.0, ((A + B) * 2.0 - 0.25) / B,
+            ]
+        )  # fmt: skip
+    np.testing.assert_array_equal(found, expected)
+
+
+@kernel
+def _choose(a, b, found):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        x = load(a, i)
+        y = load(b, i)
+        store(found[0], i, select(x < y, x, y))
+        store(found[1], i, select(x <= y, 1.0, y))
+        store(found[2], i, select(x > y, x, 2.0))
+        store(found[3], i, select((x >= y) | (x == y), 1.0, 0.0))
+        store(found[4], i, select((x < y) & (x > 0.5), 1.0, 0.0))
+
+
+def test_choices_are_those_of_numpy():
+    found = np.empty((5, *A.shape))
+    _choose(A, B, found)
+    expected = [
+        np.where(A < B, A, B),
+        np.where(A <= B, 1.0, B),
+        np.where(A > B, A, 2.0),
+        (A >= B) | (A == B),
+        (A < B) & (A > 0.5),
+    ]
+    np.testing.assert_array_equal(found, np.array(expected, float))
+
+
+@kernel
+def _gather(numbers, found):  # type: ignore[no-untyped-def]
+    store(found, 0, pack(numbers[3], numbers[0], numbers[2], numbers[1]))
+    store(found, 1, spread(4.5))
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_numbers_become_lanes(precision):
+    numbers = np.array([0.1, -2.0, 1e-30, 7.0], precision)
+    found = np.empty((2, lanes.WIDTH))
+    _gather(numbers, found)
+    np.testing.assert_array_equal(found, [numbers[[3, 0, 2, 1]].astype(float), [4.5] * 4])

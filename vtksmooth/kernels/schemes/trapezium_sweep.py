@@ -1,0 +1,304 @@
+"""Trapezium Drawing with its own gate, as one sweep over a mesh of triangles, four vertices at a time."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import parallel
+from ..compiled import device, kernel
+from ..lanes import WIDTH, absolute, load, pack, select, spread, square_root, store
+from ..state import State
+from . import Float64, Int64
+
+#: Two angles whose cosines differ by less are equal, and the neighbour that comes first in the star is
+#: taken: on regular meshes rounding would otherwise choose, differently in each pose.
+EQUAL_COSINES = 1e-12
+
+#: Larger rings are left to the parts.
+WIDEST_RING = 255
+
+#: Kinds of vertices: the first of its colour; one whose faces do not follow each other in its ring.
+_FIRST, _ALONE = 1, 2
+
+#: A vertex takes the sweep some 80 ns: a millisecond is worth a thread.
+_SMALLEST_SHARE = 10_000
+
+
+@device
+def _find_places(v, near, after, before):  # type: ignore[no-untyped-def]
+    first = near.ring_offsets[v]
+    for i in range(near.corner_offsets[v + 1] - near.corner_offsets[v]):
+        c = near.corners[near.corner_offsets[v] + i]
+        a = c - c % 3
+        for r in range(near.ring_offsets[v + 1] - first):
+            if near.ring[first + r] == near.connectivity[c + 1 if c < a + 2 else a]:
+                after[i] = r
+            if near.ring[first + r] == near.connectivity[c - 1 if c > a else a + 2]:
+                before[i] = r
+
+
+@kernel
+def _mark_alone(starts, ends, near, kinds):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            first = near.ring_offsets[v]
+            row = near.corner_offsets[v]
+            size = near.ring_offsets[v + 1] - first
+            cyclic = near.corner_offsets[v + 1] - row == size
+            for i in range(size if cyclic else 0):
+                c = near.corners[row + i]
+                a = c - c % 3
+                after = near.connectivity[c + 1 if c < a + 2 else a]
+                before = near.connectivity[c - 1 if c > a else a + 2]
+                cyclic = cyclic and after == near.ring[first + i]
+                cyclic = cyclic and before == near.ring[first + (i + 1 if i + 1 < size else 0)]
+            if not cyclic:
+                kinds[v] |= _ALONE
+
+
+@device
+def _displacement(size, spoke, unit, square):  # type: ignore[no-untyped-def]
+    # As trapezium.displacement: the mean of the p0_i - p0, from the spokes and their squares.
+    for i in range(size):
+        inverse = 1.0 / square_root(load(square, i))
+        for axis in range(3):
+            store(unit, 3 * i + axis, load(spoke, 3 * i + axis) * inverse)
+    dx = spread(0.0)
+    dy = spread(0.0)
+    dz = spread(0.0)
+    count = spread(0.0)
+    for i in range(size):
+        ux = load(unit, 3 * i)
+        uy = load(unit, 3 * i + 1)
+        uz = load(unit, 3 * i + 2)
+        # Cosines below this are lower than the lowest so far, and not equal to it.
+        bound = spread(2.0 - EQUAL_COSINES)
+        px = spread(0.0)
+        py = spread(0.0)
+        pz = spread(0.0)
+        pp = spread(0.0)
+        for j in range(size):
+            if j != i:
+                cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
+                lower = cosine < bound
+                bound = select(lower, cosine - EQUAL_COSINES, bound)
+                px = select(lower, load(spoke, 3 * j), px)
+                py = select(lower, load(spoke, 3 * j + 1), py)
+                pz = select(lower, load(spoke, 3 * j + 2), pz)
+                pp = select(lower, load(square, j), pp)
+        wx = load(spoke, 3 * i) - px
+        wy = load(spoke, 3 * i + 1) - py
+        wz = load(spoke, 3 * i + 2) - pz
+        chord = wx * wx + wy * wy + wz * wz
+        found = bound < 1.5  # a spoke of no length has no partner
+        part = select(found & (chord > 0.0), 0.5 * (load(square, i) - pp) / chord, 0.0)
+        dx += part * wx
+        dy += part * wy
+        dz += part * wz
+        count += select(found, 1.0, 0.0)
+    count = select(count > 0.0, count, 1.0)
+    return dx / count, dy / count, dz / count
+
+
+@device
+def _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz):  # type: ignore[no-untyped-def]
+    # As quality.spokes_square.
+    nx = ay * bz - az * by
+    ny = az * bx - ax * bz
+    nz = ax * by - ay * bx
+    length = aa + bb - (ax * bx + ay * by + az * bz)
+    inverse = 1.0 / length
+    q = 3.0 * ((nx * nx + ny * ny + nz * nz) * inverse * inverse)
+    q = select(nx * rx + ny * ry + nz * rz < 0.0, -q, q)
+    return select(length == 0.0, 0.0, q)
+
+
+@kernel
+def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest, margin, worst):  # type: ignore[no-untyped-def]
+    ring = near.ring
+    offsets = near.ring_offsets
+    rows = near.corner_offsets
+    corners = near.corners
+    group = np.zeros(WIDTH, np.int64)
+    place = np.empty((3 * widest, WIDTH))
+    spoke = np.empty((3 * widest, WIDTH))
+    unit = np.empty((3 * widest, WIDTH))
+    square = np.empty((widest, WIDTH))
+    proposed = np.empty((widest, WIDTH))
+    target = np.empty((4, WIDTH))
+    # Where in the ring the next and the previous corner of each face stand.
+    after = np.empty(widest, np.int64)
+    before = np.empty(widest, np.int64)
+    filled = 0
+    moved = 0
+    for part in range(starts.size):
+        v = starts[part]
+        while v < ends[part]:
+            # Up to four free vertices of one colour with rings of one size. (No function of its own: it would
+            # count references to its arrays, at each call.)
+            count = 0
+            size = 0
+            while v < ends[part] and count < WIDTH and (kinds[v] == 0 or count == 0):
+                if not pinned[v]:
+                    if count == 0:
+                        size = offsets[v + 1] - offsets[v]
+                    elif offsets[v + 1] - offsets[v] != size:
+                        break
+                    group[count] = v
+                    count += 1
+                v += 1
+                if count > 0 and kinds[v - 1] & _ALONE:
+                    break
+            if count == 0:
+                continue
+            for lane in range(count, WIDTH):
+                group[lane] = group[0]
+            g0 = np.uintp(group[0])
+            g1 = np.uintp(group[1])
+            g2 = np.uintp(group[2])
+            g3 = np.uintp(group[3])
+            first0 = np.uintp(offsets[g0])
+            first1 = np.uintp(offsets[g1])
+            first2 = np.uintp(offsets[g2])
+            first3 = np.uintp(offsets[g3])
+            x = pack(points[g0, 0], points[g1, 0], points[g2, 0], points[g3, 0])
+            y = pack(points[g0, 1], points[g1, 1], points[g2, 1], points[g3, 1])
+            z = pack(points[g0, 2], points[g1, 2], points[g2, 2], points[g3, 2])
+            for i in range(size):
+                w0 = np.uintp(ring[first0 + np.uintp(i)])
+                w1 = np.uintp(ring[first1 + np.uintp(i)])
+                w2 = np.uintp(ring[first2 + np.uintp(i)])
+                w3 = np.uintp(ring[first3 + np.uintp(i)])
+                px = pack(points[w0, 0], points[w1, 0], points[w2, 0], points[w3, 0])
+                py = pack(points[w0, 1], points[w1, 1], points[w2, 1], points[w3, 1])
+                pz = pack(points[w0, 2], points[w1, 2], points[w2, 2], points[w3, 2])
+                store(place, 3 * i, px)
+                store(place, 3 * i + 1, py)
+                store(place, 3 * i + 2, pz)
+                px -= x
+                py -= y
+                pz -= z
+                store(spoke, 3 * i, px)
+                store(spoke, 3 * i + 1, py)
+                store(spoke, 3 * i + 2, pz)
+                store(square, i, px * px + py * py + pz * pz)
+            dx, dy, dz = _displacement(size, spoke, unit, square)
+            x += dx
+            y += dy
+            z += dz
+            # The spokes from the proposed position take the place of the old ones.
+            for i in range(size):
+                px = load(place, 3 * i) - x
+                py = load(place, 3 * i + 1) - y
+                pz = load(place, 3 * i + 2) - z
+                store(spoke, 3 * i, px)
+                store(spoke, 3 * i + 1, py)
+                store(spoke, 3 * i + 2, pz)
+                store(square, i, px * px + py * py + pz * pz)
+            if kinds[g0] & _ALONE:
+                _find_places(g0, near, after, before)
+                filled = 0
+            elif size != filled:
+                for i in range(size):
+                    after[i] = i
+                    before[i] = i + 1
+                before[size - 1] = 0
+                filled = size
+            row0 = np.uintp(rows[g0])
+            row1 = np.uintp(rows[g1])
+            row2 = np.uintp(rows[g2])
+            row3 = np.uintp(rows[g3])
+            old_inverted = spread(0.0)
+            inverted = spread(0.0)
+            old = spread(np.inf)
+            new = spread(np.inf)
+            for i in range(rows[g0 + 1] - rows[g0]):
+                f0 = np.uintp(corners[row0 + np.uintp(i)]) // np.uintp(3)
+                f1 = np.uintp(corners[row1 + np.uintp(i)]) // np.uintp(3)
+                f2 = np.uintp(corners[row2 + np.uintp(i)]) // np.uintp(3)
+                f3 = np.uintp(corners[row3 + np.uintp(i)]) // np.uintp(3)
+                q = pack(squares[f0], squares[f1], squares[f2], squares[f3])
+                old_inverted += select(q < 0.0, 1.0, 0.0)
+                old = select(q < old, q, old)
+                a = after[i]
+                b = before[i]
+                q = _spokes_square(
+                    load(spoke, 3 * a), load(spoke, 3 * a + 1), load(spoke, 3 * a + 2), load(square, a),
+                    load(spoke, 3 * b), load(spoke, 3 * b + 1), load(spoke, 3 * b + 2), load(square, b),
+                    pack(reference[f0, 0], reference[f1, 0], reference[f2, 0], reference[f3, 0]),
+                    pack(reference[f0, 1], reference[f1, 1], reference[f2, 1], reference[f3, 1]),
+                    pack(reference[f0, 2], reference[f1, 2], reference[f2, 2], reference[f3, 2]),
+                )  # fmt: skip
+                store(proposed, i, q)
+                inverted += select(q < 0.0, 1.0, 0.0)
+                new = select(q < new, q, new)
+            better = (inverted == old_inverted) & (new > old + margin * absolute(old))
+            better = better | ((inverted < old_inverted) & (new >= worst))
+            store(target, 0, x)
+            store(target, 1, y)
+            store(target, 2, z)
+            store(target, 3, select(better, 1.0, 0.0))
+            for lane in range(count):
+                if target[3, lane] > 0.0:
+                    w = np.uintp(group[lane])
+                    for axis in range(3):
+                        points[w, axis] = target[axis, lane]
+                    row = np.uintp(rows[w])
+                    for i in range(rows[w + 1] - rows[w]):
+                        squares[np.uintp(corners[row + np.uintp(i)]) // np.uintp(3)] = proposed[i, lane]
+                    moved += 1
+    return moved
+
+
+class Sweep(NamedTuple):
+    """What :func:`sweep` keeps between passes.
+
+    Attributes
+    ----------
+    kinds : (n,) uint8
+        What kind of vertex each is for the sweep.
+    squares : (m,) float64
+        Signed square of k of each face as it is now.
+    """
+
+    kinds: npt.NDArray[np.uint8]
+    squares: Float64
+
+
+def prepare(state: State, k: Float64, colours: Int64) -> Sweep | None:
+    """Return what :func:`sweep` needs, or None where it does not apply (polygons, giant rings).
+
+    Parameters
+    ----------
+    state : State
+    k : (m,) float64
+        Aspect ratios of the faces.
+    colours : int64
+        The first vertices of all ranges of vertices that are independent of each other.
+    """
+    near = state.near
+    if not state.topology.only_triangles or state.widest_star > WIDEST_RING:
+        return None
+    n = len(near.border)
+    kinds = np.zeros(n, np.uint8)
+    kinds[colours[colours < n]] = _FIRST
+    parallel.run(_mark_alone, *parallel.ranges(n), near, kinds)
+    return Sweep(kinds, k * np.abs(k))
+
+
+def sweep(state: State, kept: Sweep, margin: float, worst: float, starts: Int64, ends: Int64) -> int:
+    """Propose, judge by the aspect-ratio gate and move, vertex after vertex; return how many moved.
+
+    The same result, bit for bit, as proposing, judging and moving one colour class after another, but
+    quicker: four vertices stand side by side in the processor's registers, the ring is read once, and
+    what faces are worth is remembered.
+    """
+    moved = parallel.run(
+        _sweep, starts, ends,
+        state.points, state.near, *kept, state.reference, state.pinned, state.widest_star, margin, worst,
+        smallest_share=_SMALLEST_SHARE,
+    )  # fmt: skip
+    return sum(moved)
