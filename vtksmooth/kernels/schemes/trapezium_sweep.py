@@ -23,8 +23,8 @@ WIDEST_RING = 255
 #: Kinds of vertices: the first of its colour; one whose faces do not follow each other in its ring.
 _FIRST, _ALONE = 1, 2
 
-#: A vertex takes the sweep some 80 ns: a millisecond is worth a thread.
-_SMALLEST_SHARE = 10_000
+#: A vertex takes the sweep some 150 ns: half a millisecond is worth a thread.
+_SMALLEST_SHARE = 4_000
 
 
 @device
