@@ -12,8 +12,8 @@ from .trapezium_sweep import EQUAL_COSINES
 
 
 @device
-def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, partner):  # type: ignore[no-untyped-def]
-    """Mean of the p0_i - p0 (section 2), with p0 = (x, y, z); leaves the spokes p_i - p0 in `spoke`.
+def displacement(points, star, first, size, x, y, z, unit, square, best, partner):  # type: ignore[no-untyped-def]
+    """Mean of the p0_i - p0 (section 2), with p0 = (x, y, z).
 
     p_j, the partner of p_i, makes the largest angle p_i p0 p_j. With w = p_i - p_j and m the middle of
     the two, seen from p0, p0_i - p0 = (m.w) w / (w.w), and m.w = (|p_i|^2 - |p_j|^2) / 2.
@@ -23,9 +23,6 @@ def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, 
         sx = points[w, 0] - x
         sy = points[w, 1] - y
         sz = points[w, 2] - z
-        spoke[i, 0] = sx
-        spoke[i, 1] = sy
-        spoke[i, 2] = sz
         length = sx * sx + sy * sy + sz * sz
         square[i] = length
         # A spoke of no length becomes NaN here, and NaN is never the smaller cosine: it has no partner.
@@ -60,9 +57,11 @@ def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, 
         j = partner[i]
         if j >= 0:
             count += 1
-            wx = spoke[i, 0] - spoke[j, 0]
-            wy = spoke[i, 1] - spoke[j, 1]
-            wz = spoke[i, 2] - spoke[j, 2]
+            p = np.uintp(star[first + i])
+            q = np.uintp(star[first + j])
+            wx = points[p, 0] - points[q, 0]
+            wy = points[p, 1] - points[q, 1]
+            wz = points[p, 2] - points[q, 2]
             chord = wx * wx + wy * wy + wz * wz
             if chord > 0.0:
                 part = 0.5 * (square[i] - square[j]) / chord
@@ -78,7 +77,6 @@ def displacement(points, star, first, size, x, y, z, spoke, unit, square, best, 
 
 @kernel
 def _propose(starts, ends, points, star_offsets, star, pinned, widest, proposed):  # type: ignore[no-untyped-def]
-    spoke = np.empty((widest, 3))
     unit = np.empty((widest, 3))
     square = np.empty(widest)
     best = np.empty(widest)
@@ -91,9 +89,7 @@ def _propose(starts, ends, points, star_offsets, star, pinned, widest, proposed)
             first = star_offsets[v]
             size = star_offsets[v + 1] - first
             if not pinned[v] and size > 1:
-                dx, dy, dz = displacement(
-                    points, star, first, size, x, y, z, spoke, unit, square, best, partner
-                )
+                dx, dy, dz = displacement(points, star, first, size, x, y, z, unit, square, best, partner)
                 x += dx
                 y += dy
                 z += dz

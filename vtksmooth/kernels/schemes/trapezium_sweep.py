@@ -20,8 +20,9 @@ EQUAL_COSINES = 1e-12
 #: Larger rings are left to the parts.
 WIDEST_RING = 255
 
-#: Kinds of vertices: the first of its colour; one whose faces do not follow each other in its ring.
-_FIRST, _ALONE = 1, 2
+#: Kinds of vertices: the first of its colour; one whose faces do not follow each other in its ring; the first
+#: of four in a row that are free, of one colour and with rings of one size.
+_FIRST, _ALONE, _FOUR = 1, 2, 4
 
 #: A vertex takes the sweep some 150 ns: half a millisecond is worth a thread.
 _SMALLEST_SHARE = 4_000
@@ -59,47 +60,73 @@ def _mark_alone(starts, ends, near, kinds):  # type: ignore[no-untyped-def]
                 kinds[v] |= _ALONE
 
 
+@kernel
+def _mark_fours(starts, ends, near, pinned, kinds):  # type: ignore[no-untyped-def]
+    n = kinds.size
+    offsets = near.ring_offsets
+    for part in range(starts.size):
+        for v in range(starts[part], min(ends[part], n - WIDTH + 1)):
+            size = offsets[v + 1] - offsets[v]
+            four = not pinned[v] and not kinds[v] & _ALONE
+            for w in range(v + 1, v + WIDTH):
+                four = four and not pinned[w] and not kinds[w] & (_FIRST | _ALONE)
+                four = four and offsets[w + 1] - offsets[w] == size
+            if four:
+                kinds[v] |= _FOUR
+
+
 @device
-def _displacement(size, spoke, unit, square):  # type: ignore[no-untyped-def]
-    # As trapezium.displacement: the mean of the p0_i - p0, from the spokes and their squares.
-    for i in range(size):
-        inverse = 1.0 / square_root(load(square, i))
-        for axis in range(3):
-            store(unit, 3 * i + axis, load(spoke, 3 * i + axis) * inverse)
-    dx = spread(0.0)
-    dy = spread(0.0)
-    dz = spread(0.0)
-    count = spread(0.0)
+def _displacement(size, x, y, z, place, unit, square, chord, cosines):  # type: ignore[no-untyped-def]
+    # As trapezium.displacement: the mean of the p0_i - p0.
     for i in range(size):
         ux = load(unit, 3 * i)
         uy = load(unit, 3 * i + 1)
         uz = load(unit, 3 * i + 2)
         # Cosines below this are lower than the lowest so far, and not equal to it.
         bound = spread(2.0 - EQUAL_COSINES)
-        px = spread(0.0)
-        py = spread(0.0)
-        pz = spread(0.0)
-        pp = spread(0.0)
-        for j in range(size):
-            if j != i:
-                cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
-                lower = cosine < bound
-                bound = select(lower, cosine - EQUAL_COSINES, bound)
-                px = select(lower, load(spoke, 3 * j), px)
-                py = select(lower, load(spoke, 3 * j + 1), py)
-                pz = select(lower, load(spoke, 3 * j + 2), pz)
-                pp = select(lower, load(square, j), pp)
-        wx = load(spoke, 3 * i) - px
-        wy = load(spoke, 3 * i + 1) - py
-        wz = load(spoke, 3 * i + 2) - pz
-        chord = wx * wx + wy * wy + wz * wz
-        found = bound < 1.5  # a spoke of no length has no partner
-        part = select(found & (chord > 0.0), 0.5 * (load(square, i) - pp) / chord, 0.0)
-        dx += part * wx
-        dy += part * wy
-        dz += part * wz
-        count += select(found, 1.0, 0.0)
-    count = select(count > 0.0, count, 1.0)
+        px = x
+        py = y
+        pz = z
+        for j in range(i):
+            cosine = load(cosines, size * j + i)
+            lower = cosine < bound
+            bound = select(lower, cosine - EQUAL_COSINES, bound)
+            px = select(lower, load(place, 3 * j), px)
+            py = select(lower, load(place, 3 * j + 1), py)
+            pz = select(lower, load(place, 3 * j + 2), pz)
+        for j in range(i + 1, size):
+            cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
+            store(cosines, size * i + j, cosine)
+            lower = cosine < bound
+            bound = select(lower, cosine - EQUAL_COSINES, bound)
+            px = select(lower, load(place, 3 * j), px)
+            py = select(lower, load(place, 3 * j + 1), py)
+            pz = select(lower, load(place, 3 * j + 2), pz)
+        # The unit spoke has served: its place is taken by p_i - p_j.
+        wx = load(place, 3 * i) - px
+        wy = load(place, 3 * i + 1) - py
+        wz = load(place, 3 * i + 2) - pz
+        store(unit, 3 * i, wx)
+        store(unit, 3 * i + 1, wy)
+        store(unit, 3 * i + 2, wz)
+        # A spoke of no length has no partner.
+        store(chord, i, select(bound < 1.5, wx * wx + wy * wy + wz * wz, -1.0))
+        px -= x
+        py -= y
+        pz -= z
+        store(square, i, load(square, i) - (px * px + py * py + pz * pz))
+    dx = spread(0.0)
+    dy = spread(0.0)
+    dz = spread(0.0)
+    count = spread(0.0)
+    for i in range(size):
+        length = load(chord, i)
+        part = select(length > 0.0, 0.5 * load(square, i) / length, 0.0)
+        dx += part * load(unit, 3 * i)
+        dy += part * load(unit, 3 * i + 1)
+        dz += part * load(unit, 3 * i + 2)
+        count += select(length >= 0.0, 1.0, 0.0)
+    count = select(count > 1.0, count, 1.0)
     return dx / count, dy / count, dz / count
 
 
@@ -124,9 +151,10 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
     corners = near.corners
     group = np.zeros(WIDTH, np.int64)
     place = np.empty((3 * widest, WIDTH))
-    spoke = np.empty((3 * widest, WIDTH))
     unit = np.empty((3 * widest, WIDTH))
     square = np.empty((widest, WIDTH))
+    chord = np.empty((widest, WIDTH))
+    cosines = np.empty((widest * widest, WIDTH))
     proposed = np.empty((widest, WIDTH))
     target = np.empty((4, WIDTH))
     # Where in the ring the next and the previous corner of each face stand.
@@ -140,8 +168,13 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
             # Up to four free vertices of one colour with rings of one size. (No function of its own: it would
             # count references to its arrays, at each call.)
             count = 0
-            size = 0
-            while v < ends[part] and count < WIDTH and (kinds[v] == 0 or count == 0):
+            size = offsets[v + 1] - offsets[v]
+            if kinds[v] & _FOUR:
+                for lane in range(WIDTH):
+                    group[lane] = v + lane
+                count = WIDTH
+                v += WIDTH
+            while v < ends[part] and count < WIDTH and (count == 0 or not kinds[v] & (_FIRST | _ALONE)):
                 if not pinned[v]:
                     if count == 0:
                         size = offsets[v + 1] - offsets[v]
@@ -181,23 +214,16 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 px -= x
                 py -= y
                 pz -= z
-                store(spoke, 3 * i, px)
-                store(spoke, 3 * i + 1, py)
-                store(spoke, 3 * i + 2, pz)
-                store(square, i, px * px + py * py + pz * pz)
-            dx, dy, dz = _displacement(size, spoke, unit, square)
+                length = px * px + py * py + pz * pz
+                store(square, i, length)
+                inverse = 1.0 / square_root(length)
+                store(unit, 3 * i, px * inverse)
+                store(unit, 3 * i + 1, py * inverse)
+                store(unit, 3 * i + 2, pz * inverse)
+            dx, dy, dz = _displacement(size, x, y, z, place, unit, square, chord, cosines)
             x += dx
             y += dy
             z += dz
-            # The spokes from the proposed position take the place of the old ones.
-            for i in range(size):
-                px = load(place, 3 * i) - x
-                py = load(place, 3 * i + 1) - y
-                pz = load(place, 3 * i + 2) - z
-                store(spoke, 3 * i, px)
-                store(spoke, 3 * i + 1, py)
-                store(spoke, 3 * i + 2, pz)
-                store(square, i, px * px + py * py + pz * pz)
             if kinds[g0] & _ALONE:
                 _find_places(g0, near, after, before)
                 filled = 0
@@ -215,6 +241,11 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
             inverted = spread(0.0)
             old = spread(np.inf)
             new = spread(np.inf)
+            at = -1
+            bx = x
+            by = y
+            bz = z
+            bb = x
             for i in range(rows[g0 + 1] - rows[g0]):
                 f0 = np.uintp(corners[row0 + np.uintp(i)]) // np.uintp(3)
                 f1 = np.uintp(corners[row1 + np.uintp(i)]) // np.uintp(3)
@@ -223,11 +254,23 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 q = pack(squares[f0], squares[f1], squares[f2], squares[f3])
                 old_inverted += select(q < 0.0, 1.0, 0.0)
                 old = select(q < old, q, old)
-                a = after[i]
-                b = before[i]
+                if after[i] != at:  # seldom: the last corner of a face is the first of the next
+                    at = after[i]
+                    bx = load(place, 3 * at) - x
+                    by = load(place, 3 * at + 1) - y
+                    bz = load(place, 3 * at + 2) - z
+                    bb = bx * bx + by * by + bz * bz
+                ax = bx
+                ay = by
+                az = bz
+                aa = bb
+                at = before[i]
+                bx = load(place, 3 * at) - x
+                by = load(place, 3 * at + 1) - y
+                bz = load(place, 3 * at + 2) - z
+                bb = bx * bx + by * by + bz * bz
                 q = _spokes_square(
-                    load(spoke, 3 * a), load(spoke, 3 * a + 1), load(spoke, 3 * a + 2), load(square, a),
-                    load(spoke, 3 * b), load(spoke, 3 * b + 1), load(spoke, 3 * b + 2), load(square, b),
+                    ax, ay, az, aa, bx, by, bz, bb,
                     pack(reference[f0, 0], reference[f1, 0], reference[f2, 0], reference[f3, 0]),
                     pack(reference[f0, 1], reference[f1, 1], reference[f2, 1], reference[f3, 1]),
                     pack(reference[f0, 2], reference[f1, 2], reference[f2, 2], reference[f3, 2]),
@@ -285,7 +328,9 @@ def prepare(state: State, k: Float64, colours: Int64) -> Sweep | None:
     n = len(near.border)
     kinds = np.zeros(n, np.uint8)
     kinds[colours[colours < n]] = _FIRST
-    parallel.run(_mark_alone, *parallel.ranges(n), near, kinds)
+    everything = parallel.ranges(n)
+    parallel.run(_mark_alone, *everything, near, kinds)
+    parallel.run(_mark_fours, *everything, near, state.pinned, kinds)
     return Sweep(kinds, k * np.abs(k))
 
 
