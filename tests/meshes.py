@@ -284,6 +284,9 @@ HOSTILE = {
     "folded_quads": folded_quads,
     "high_valence": lambda: fan(3000),
     "single_triangle": lambda: Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
+    "three_faces_at_an_edge": lambda: Mesh.from_faces(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2], [0, 2, 1], [0, 3, 1]]
+    ),
     "two_sided": lambda: Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),
 }
 

@@ -7,8 +7,13 @@ import reference
 from vtkmodules.vtkFiltersCore import vtkFeatureEdges
 
 from vtksmooth.kernels import adjacency
+from vtksmooth.kernels.mesh import Mesh
 
-EVERY = {**meshes.USUAL, **meshes.HOSTILE}
+EVERY = {
+    **meshes.USUAL,
+    **meshes.HOSTILE,
+    "a face that comes back": lambda: Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 0, 2]]),
+}
 
 
 def rows(offsets, values):

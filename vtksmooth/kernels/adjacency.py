@@ -9,9 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from llvmlite import ir
+from numba.core import types
+from numba.extending import intrinsic
 
 from . import parallel
-from .compiled import kernel
+from .compiled import device, kernel
 from .mesh import LARGEST_POLYGON, Mesh
 
 Int32 = npt.NDArray[np.int32]
@@ -66,12 +69,26 @@ class Adjacency(NamedTuple):
 # allocator inside numba does not, and touching fresh small pages costs more than the work done in them.
 
 
+# Corners are read four at a time: a load waits for the address of every store before it. Unsigned indices
+# are not asked whether they count from the end.
+
+
 @kernel
 def _count_corners(starts, ends, offsets, connectivity, size, fill):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
-        share = starts[part] // size
-        for c in range(offsets[starts[part]], offsets[ends[part]]):
-            fill[share, connectivity[c]] += 1
+        count = fill[starts[part] // size]
+        first = offsets[starts[part]]
+        last = offsets[ends[part]]
+        fours = last - (last - first) % 4
+        for c in range(first, fours, 4):
+            u, v = np.uint32(connectivity[c]), np.uint32(connectivity[c + 1])
+            w, x = np.uint32(connectivity[c + 2]), np.uint32(connectivity[c + 3])
+            count[u] += 1
+            count[v] += 1
+            count[w] += 1
+            count[x] += 1
+        for c in range(fours, last):
+            count[connectivity[c]] += 1
 
 
 @kernel
@@ -88,39 +105,38 @@ def _start_rows(fill, rows):  # type: ignore[no-untyped-def]
     rows[n] = total
 
 
+@device
+def _place(fill, v, c, corners):  # type: ignore[no-untyped-def]
+    i = fill[v]
+    fill[v] = i + 1
+    corners[np.uint32(i)] = c
+
+
 @kernel
-def _sort_corners(  # type: ignore[no-untyped-def]
-    starts, ends, offsets, connectivity, size, fill, corners, corner_face, after, before
-):
+def _sort_corners(starts, ends, offsets, connectivity, size, fill, corners, corner_face):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
-        share = starts[part] // size
+        place = fill[starts[part] // size]
+        first = offsets[starts[part]]
+        last = offsets[ends[part]]
+        fours = last - (last - first) % 4
+        for c in range(first, fours, 4):
+            u, v = np.uint32(connectivity[c]), np.uint32(connectivity[c + 1])
+            w, x = np.uint32(connectivity[c + 2]), np.uint32(connectivity[c + 3])
+            _place(place, u, c, corners)
+            _place(place, v, c + 1, corners)
+            _place(place, w, c + 2, corners)
+            _place(place, x, c + 3, corners)
+        for c in range(fours, last):
+            _place(place, np.uint32(connectivity[c]), c, corners)
         for f in range(starts[part], ends[part]):
-            a = offsets[f]
-            b = offsets[f + 1]
-            for c in range(a, b):
-                v = connectivity[c]
-                i = fill[share, v]
-                fill[share, v] = i + 1
-                corners[i] = c
+            for c in range(offsets[f], offsets[f + 1]):
                 corner_face[c] = f
-                after[i] = connectivity[c + 1] if c + 1 < b else connectivity[a]
-                before[i] = connectivity[c - 1] if c > a else connectivity[b - 1]
 
 
-def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
-    """Sort the corners by vertex (a counting sort).
-
-    Returns
-    -------
-    corner_offsets, corners, corner_face
-        As in :class:`Adjacency`.
-    after, before : (k,) int32
-        In the order of `corners`, the point that follows v and the one that precedes v in the face:
-        gathered while the face is at hand, so that building the rings reads memory in order even
-        when the file's order is random.
-    """
+def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32]:
+    """Sort the corners by vertex (a counting sort); return corner_offsets, corners, corner_face."""
     rows = np.empty(mesh.n_points + 1, np.int32)
-    corners, corner_face, after, before = (np.empty(len(mesh.connectivity), np.int32) for _ in range(4))
+    corners, corner_face = (np.empty(len(mesh.connectivity), np.int32) for _ in range(2))
     # Each thread sorts a share of the faces; a share costs a count for every vertex.
     shares = min(parallel.number_of_threads(), 4)
     size = max(1, -(-mesh.n_faces // shares))
@@ -128,42 +144,82 @@ def vertex_corners(mesh: Mesh) -> tuple[Int32, Int32, Int32, Int32, Int32]:
     fill = np.zeros((len(faces[0]), mesh.n_points), np.int32)
     parallel.run(_count_corners, *faces, mesh.offsets, mesh.connectivity, size, fill)
     _start_rows(fill, rows)
-    parallel.run(
-        _sort_corners, *faces,
-        mesh.offsets, mesh.connectivity, size, fill, corners, corner_face, after, before,
-    )  # fmt: skip
-    return rows, corners, corner_face, after, before
+    parallel.run(_sort_corners, *faces, mesh.offsets, mesh.connectivity, size, fill, corners, corner_face)
+    return rows, corners, corner_face
+
+
+@intrinsic
+def _equal(typing_context, values, start, value):  # type: ignore[no-untyped-def]
+    """Return which of the eight ``values[start:start + 8]`` equal `value`, as bits.
+
+    One comparison of vectors; of a loop that says the same the compiler makes eight.
+    """
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        array, first, wanted = arguments
+        eight = ir.VectorType(ir.IntType(32), 8)
+        place = builder.gep(context.make_array(signature.args[0])(context, builder, array).data, [first])
+        read = builder.load(builder.bitcast(place, eight.as_pointer()), align=4)
+        nothing = ir.Constant(eight, ir.Undefined)
+        one = builder.insert_element(nothing, wanted, ir.Constant(ir.IntType(32), 0))
+        all_lanes = builder.shuffle_vector(one, nothing, ir.Constant(eight, [0] * 8))
+        same = builder.icmp_signed("==", read, all_lanes)
+        return builder.zext(builder.bitcast(same, ir.IntType(8)), ir.IntType(64))
+
+    return types.int64(values, types.int64, types.int32), generate
 
 
 @kernel
-def _find_regular(starts, ends, rows, after, before, border):  # type: ignore[no-untyped-def]
-    # The usual vertex: every neighbour follows v in one face and precedes it in another. Small rings are
-    # checked by comparing all with all, which stays in registers.
+def _find_regular(  # type: ignore[no-untyped-def]
+    starts, ends, offsets, connectivity, rows, corners, corner_face, triangles, after, border
+):
+    # The usual vertex: every neighbour follows v in one face and precedes it in another.
     others = 0
+    before = np.empty(8, np.int32)
     for part in range(starts.size):
+        base = rows[starts[part]]
+        count = rows[ends[part]] - base
+        if count + 8 > before.size:
+            before = np.empty(count + 8, np.int32)
+        if triangles:
+            three = np.uint32(3)
+            for i in range(count):
+                c = np.uint32(corners[base + i])
+                at = c % three
+                after[base + i] = connectivity[c - np.uint32(2) if at == 2 else c + np.uint32(1)]
+                before[i] = connectivity[c + np.uint32(2) if at == 0 else c - np.uint32(1)]
+        else:
+            for i in range(count):
+                c = corners[base + i]
+                a = offsets[corner_face[c]]
+                b = offsets[corner_face[c] + 1]
+                after[base + i] = connectivity[c + 1 if c + 1 < b else a]
+                before[i] = connectivity[c - 1 if c > a else b - 1]
         for v in range(starts[part], ends[part]):
             first = rows[v]
             size = rows[v + 1] - first
-            regular = 3 <= size <= 16
+            regular = 3 <= size < 56
             if regular:
-                pairs = 0
+                row = (1 << size) - 1
                 found = 0
                 for i in range(first, first + size):
-                    w = after[i]
-                    regular = regular and w != v and before[i] != w
-                    for j in range(size):
-                        same = before[first + j] == w
-                        pairs += same
-                        found |= same << j
-                # As many pairs as neighbours, and every one that precedes among them: one to one.
-                regular = regular and pairs == size and found == (1 << size) - 1
+                    same = 0
+                    for eight in range(0, size, 8):
+                        same |= _equal(before, first - base + eight, after[i]) << eight
+                    same &= row
+                    # Each neighbour precedes v once, and no two are the same one.
+                    regular = regular and same != 0 and same & (same - 1) == 0 and same & found == 0
+                    regular = regular and after[i] != v and before[i - base] != after[i]
+                    found |= same
             border[v] = 0 if regular else 2
             others += not regular
     return others
 
 
 @kernel
-def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring, place):  # type: ignore[no-untyped-def]
+def _collect_rings(  # type: ignore[no-untyped-def]
+    offsets, connectivity, rows, corners, corner_face, after, ring_offsets, ring, border, border_ring, place
+):
     n = rows.size - 1
     ring_offsets[0] = 0
     seen = np.empty(64, np.int32)
@@ -183,9 +239,13 @@ def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring,
             seen = np.empty(2 * row, np.int32)
         odd = False
         for i in range(first, first + row):
-            odd = odd or after[i] == v or before[i] == v or after[i] == before[i]
+            c = corners[i]
+            f = corner_face[c]
+            before = connectivity[c - 1 if c > offsets[f] else offsets[f + 1] - 1]
+            odd = odd or after[i] == v or before == v or after[i] == before
+            odd = odd or (i > first and corner_face[corners[i - 1]] == f)
             for side in range(2):
-                w = after[i] if side == 0 else before[i]
+                w = after[i] if side == 0 else before
                 if w == v:
                     continue
                 p = place[w]
@@ -214,18 +274,20 @@ def _collect_rings(rows, after, before, ring_offsets, ring, border, border_ring,
     return k
 
 
-def one_rings(rows: Int32, after: Int32, before: Int32) -> tuple[Int32, Int32, npt.NDArray[np.uint8], Int32]:
-    """Return ring_offsets, ring, border, border_ring from what :func:`vertex_corners` gathered."""
-    n = len(rows) - 1
+def one_rings(
+    mesh: Mesh, rows: Int32, corners: Int32, corner_face: Int32
+) -> tuple[Int32, Int32, npt.NDArray[np.uint8], Int32]:
+    """Return ring_offsets, ring, border, border_ring of a mesh with its :func:`vertex_corners`."""
+    n = mesh.n_points
+    after = np.empty(len(corners), np.int32)
     border = np.empty(n, np.uint8)
     border_ring = np.full((n, 2), -1, np.int32)
-    if not sum(parallel.run(_find_regular, *parallel.ranges(n), rows, after, before, border)):
+    near = (mesh.offsets, mesh.connectivity, rows, corners, corner_face)
+    if not sum(parallel.run(_find_regular, *parallel.ranges(n), *near, mesh.only_triangles, after, border)):
         return rows, after, border, border_ring  # what follows a vertex in its faces *is* its ring
     ring_offsets = np.empty(n + 1, np.int32)
     ring = np.empty(2 * len(after), np.int32)  # the most there can be; what is not written costs no memory
-    size = _collect_rings(
-        rows, after, before, ring_offsets, ring, border, border_ring, np.full(n, -1, np.int32)
-    )
+    size = _collect_rings(*near, after, ring_offsets, ring, border, border_ring, np.full(n, -1, np.int32))
     return ring_offsets, ring[:size], border, border_ring
 
 
@@ -284,10 +346,9 @@ def build(mesh: Mesh) -> Adjacency:
     >>> near.ring[near.ring_offsets[0] : near.ring_offsets[1]].tolist()
     [1, 2, 3]
     """
-    rows, corners, corner_face, after, before = vertex_corners(mesh)
+    rows, corners, corner_face = vertex_corners(mesh)
     faces = (mesh.offsets, mesh.connectivity, rows, corners, corner_face)
-    ring_offsets, ring, border, border_ring = one_rings(rows, after, before)
-    del after, before
+    ring_offsets, ring, border, border_ring = one_rings(mesh, rows, corners, corner_face)
     star_offsets, star = (ring_offsets, ring) if mesh.only_triangles else stars(*faces)
     return Adjacency(*faces, ring_offsets, ring, star_offsets, star, border, border_ring)
 

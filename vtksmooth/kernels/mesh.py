@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
@@ -134,7 +135,7 @@ class Mesh:
         """Corners of each face, (m,) int32."""
         return np.diff(self.offsets)
 
-    @property
+    @functools.cached_property
     def only_triangles(self) -> bool:
         """Whether every face has three corners."""
         return len(self.connectivity) == 3 * self.n_faces and bool((self.face_sizes == 3).all())

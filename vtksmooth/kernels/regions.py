@@ -27,8 +27,7 @@ class Rings(NamedTuple):
 
 def rings_of(mesh: Mesh) -> Rings:
     """Return the one-rings of all vertices."""
-    rows, _, _, after, before = vertex_corners(mesh)
-    ring_offsets, ring, _, _ = one_rings(rows, after, before)
+    ring_offsets, ring, _, _ = one_rings(mesh, *vertex_corners(mesh))
     return Rings(ring_offsets, ring)
 
 

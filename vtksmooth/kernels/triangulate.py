@@ -683,8 +683,7 @@ def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArr
         polygons.points, offsets, corners, first_candidate, face, ends, fate, least
     )
     _refuse(given, impossible, culprit if faces is None else int(faces[culprit]))
-    rows, _, _, after, before = vertex_corners(polygons)
-    ring_offsets, ring, border, _ = one_rings(rows, after, before)
+    ring_offsets, ring, border, _ = one_rings(polygons, *vertex_corners(polygons))
     valence = np.diff(ring_offsets)
     inserted = (
         np.full(polygons.n_points, -1, np.int32),
