@@ -77,7 +77,23 @@ def run(
     total = int((ends - starts).sum())
     if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
-    # Four shares a thread even out what the system takes from a core.
-    bounds = np.linspace(0, len(starts), min(len(starts), 4 * threads) + 1).astype(np.int64)
-    shares = [(starts[a:b], ends[a:b]) for a, b in itertools.pairwise(bounds)]
-    return list(_executor(threads).map(lambda share: kernel(*share, *arguments), shares))
+    # Four shares a thread even out what the system takes from a core. This thread works too, and whoever
+    # is ready takes the next share: one that wakes late, or is taken from its core, holds up nobody.
+    count = min(len(starts), 4 * threads)
+    bounds = np.arange(count + 1) * len(starts) // count
+    results: list[Any] = [None] * count
+    shares = iter([(i, starts[a:b], ends[a:b]) for i, (a, b) in enumerate(itertools.pairwise(bounds))])
+
+    def work() -> None:
+        for number, first, last in shares:
+            results[number] = kernel(first, last, *arguments)
+
+    executor = _executor(threads - 1)
+    helpers = [executor.submit(work) for _ in range(threads - 1)]
+    try:
+        work()
+    finally:
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
+    return results

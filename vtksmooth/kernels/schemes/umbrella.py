@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .. import parallel
 from ..compiled import kernel
 from ..state import State
@@ -11,10 +13,13 @@ from . import Float64, Int64, Scheme
 @kernel
 def propose_umbrella(starts, ends, points, ring_offsets, ring, pinned, factor, proposed):  # type: ignore[no-untyped-def]
     """``p + factor (mean of the one-ring - p)``."""
+    # Unsigned indices: signed ones are asked, at every access, whether they count from the end, and that
+    # takes a third of the time here.
+    one = np.uint64(1)
     for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            first = ring_offsets[v]
-            last = ring_offsets[v + 1]
+        for v in range(np.uint64(starts[part]), np.uint64(ends[part])):
+            first = np.uint64(ring_offsets[v])
+            last = np.uint64(ring_offsets[v + one])
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
@@ -27,11 +32,11 @@ def propose_umbrella(starts, ends, points, ring_offsets, ring, pinned, factor, p
             sy = 0.0
             sz = 0.0
             for r in range(first, last):
-                w = ring[r]
+                w = np.uint32(ring[r])
                 sx += points[w, 0]
                 sy += points[w, 1]
                 sz += points[w, 2]
-            share = 1.0 / (last - first)
+            share = 1.0 / np.int64(last - first)
             proposed[v, 0] = x + factor * (sx * share - x)
             proposed[v, 1] = y + factor * (sy * share - y)
             proposed[v, 2] = z + factor * (sz * share - z)
