@@ -7,7 +7,7 @@ import pytest
 
 from vtksmooth.kernels import lanes
 from vtksmooth.kernels.compiled import kernel
-from vtksmooth.kernels.lanes import absolute, load, pack, select, spread, square_root, store
+from vtksmooth.kernels.lanes import absolute, gather, load, pack, select, spread, square_root, store, unpack
 
 A = np.array([[1.0, 5.0, 0.0, -7.5], [0.1, np.nan, np.inf, 1e-310]])
 B = np.array([[3.0, -2.0, 0.0, 4.25], [0.3, 1.0, np.inf, 1e-20]])
@@ -83,3 +83,29 @@ def test_numbers_become_lanes(precision):
     found = np.empty((2, lanes.WIDTH))
     _gather(numbers, found)
     np.testing.assert_array_equal(found, [numbers[[3, 0, 2, 1]].astype(float), [4.5] * 4])
+
+
+@kernel
+def _transpose(rows, found):  # type: ignore[no-untyped-def]
+    x, y, z = gather(rows, 4, 0, 2, 2)
+    found[0] = unpack(x)
+    found[1] = unpack(y)
+    found[2] = unpack(z)
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_rows_become_lanes_and_lanes_numbers(precision):
+    rows = np.random.default_rng(0).normal(size=(5, 3)).astype(precision)
+    found = np.empty((3, lanes.WIDTH))
+    _transpose(rows, found)
+    np.testing.assert_array_equal(found, rows[[4, 0, 2, 2]].T.astype(float))
+
+
+@kernel
+def _of_numbers(a, b):  # type: ignore[no-untyped-def]
+    return select(a < b, square_root(b), absolute(a))
+
+
+def test_functions_for_lanes_take_numbers():
+    assert _of_numbers(-2.0, 9.0) == 3.0
+    assert _of_numbers(-2.0, -9.0) == 2.0

@@ -12,6 +12,7 @@ from hypothesis.extra import numpy as arrays
 
 from vtksmooth.kernels import adjacency, metric_tensor
 from vtksmooth.kernels.compiled import kernel
+from vtksmooth.kernels.lanes import load, store
 from vtksmooth.kernels.mesh import Mesh
 
 
@@ -62,6 +63,45 @@ def test_equal_and_nearly_equal_eigenvalues(q, values):
 )
 def test_matrices_of_low_rank(a):
     check(a)
+
+
+@kernel
+def _first(entries, of_lanes, of_numbers):
+    x, y, z = metric_tensor.first_eigenvector(
+        load(entries, 0), load(entries, 1), load(entries, 2),
+        load(entries, 3), load(entries, 4), load(entries, 5),
+    )  # fmt: skip
+    store(of_lanes, 0, x)
+    store(of_lanes, 1, y)
+    store(of_lanes, 2, z)
+    for i in range(4):
+        of_numbers[0, i], of_numbers[1, i], of_numbers[2, i] = metric_tensor.first_eigenvector(
+            entries[0, i], entries[1, i], entries[2, i], entries[3, i], entries[4, i], entries[5, i]
+        )
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1.0, 1e150])
+def test_first_eigenvector_where_it_stands_apart(scale):
+    random = np.random.default_rng(1)
+    for spread_of_others in ([0.0, 0.0], [1e-9, 0.0], [0.3, 0.3], [0.45, 0.1]):
+        axes = [np.linalg.qr(random.normal(size=(3, 3)))[0] for _ in range(4)]
+        tensors = [scale * q @ np.diag([1.0, *spread_of_others]) @ q.T for q in axes]
+        entries = np.array([tensor[np.triu_indices(3)] for tensor in tensors]).T.copy()
+        of_lanes, of_numbers = np.empty((3, 4)), np.empty((3, 4))
+        _first(entries, of_lanes, of_numbers)
+        np.testing.assert_array_equal(of_lanes, of_numbers)
+        first = np.array([q[:, 0] for q in axes]).T
+        first *= np.sign((first * of_lanes).sum(axis=0))
+        np.testing.assert_allclose(of_lanes, first, atol=1e-14)
+
+
+def test_no_first_eigenvector_where_another_stands_apart():
+    entries = np.array([[0.0, 1.0, 1.0, 1.0], [0.0] * 4, [0.0] * 4, [0.0, 1.0, 0.9, 1.0], [0.0] * 4,
+                        [0.0, 1.0, 0.1, 0.0]])  # fmt: skip
+    of_lanes, of_numbers = np.empty((3, 4)), np.empty((3, 4))
+    _first(entries, of_lanes, of_numbers)
+    assert (of_lanes == 0).all()
+    assert (of_numbers == 0).all()
 
 
 @pytest.mark.parametrize("weight", metric_tensor.WEIGHTS)

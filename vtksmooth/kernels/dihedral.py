@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from . import parallel
 from .compiled import device, kernel
+from .lanes import WIDTH, absolute, gather, select, square_root, unpack
 from .mesh import Mesh
 from .quality import area_vector
 
@@ -17,32 +18,72 @@ FEW = 32
 
 
 @device
+def _made_unit(x, y, z):  # type: ignore[no-untyped-def]
+    # A vector's direction and its length, of numbers or of lanes; zeros where it is 0. By the largest
+    # component first: squares of areas would leave the range of float64.
+    largest = absolute(x)
+    largest = select(largest > absolute(y), largest, absolute(y))
+    largest = select(largest > absolute(z), largest, absolute(z))
+    scale = select(largest > 0.0, largest, 1.0)
+    x = x / scale
+    y = y / scale
+    z = z / scale
+    length = square_root(x * x + y * y + z * z)
+    scale = select(length > 0.0, length, 1.0)
+    return x / scale, y / scale, z / scale, largest * length
+
+
+@device
 def unit_normal(points, offsets, connectivity, f):  # type: ignore[no-untyped-def]
     """Return the unit normal of face f and its area; zeros where it has none."""
     x, y, z = area_vector(points, offsets, connectivity, f)
-    # By the largest component first: squares of areas would leave the range of float64.
-    largest = max(abs(x), abs(y), abs(z))
-    if largest > 0.0:
-        x /= largest
-        y /= largest
-        z /= largest
-        length = np.sqrt(x * x + y * y + z * z)
-        x /= length
-        y /= length
-        z /= length
-        largest *= length
-    return x, y, z, largest
+    return _made_unit(x, y, z)
+
+
+@device
+def _corners(connectivity, c):  # type: ignore[no-untyped-def]
+    # Corner c, and those at its place in the next three triangles.
+    return (
+        np.uintp(connectivity[c]),
+        np.uintp(connectivity[c + 3]),
+        np.uintp(connectivity[c + 6]),
+        np.uintp(connectivity[c + 9]),
+    )
 
 
 @kernel
 def _face_normals(starts, ends, points, offsets, connectivity, normals):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
-        for f in range(starts[part], ends[part]):
-            x, y, z, area = unit_normal(points, offsets, connectivity, f)
-            normals[f, 0] = x
-            normals[f, 1] = y
-            normals[f, 2] = z
-            normals[f, 3] = area
+        f = starts[part]
+        while f < ends[part]:
+            triangles = f + WIDTH <= ends[part]
+            for i in range(WIDTH if triangles else 0):
+                triangles = triangles and offsets[f + i + 1] - offsets[f + i] == 3
+            if not triangles:
+                normals[f, 0], normals[f, 1], normals[f, 2], normals[f, 3] = unit_normal(
+                    points, offsets, connectivity, f
+                )
+                f += 1
+                continue
+            # Four triangles at a time, with the same bits.
+            c = offsets[f]
+            ox, oy, oz = gather(points, *_corners(connectivity, c))
+            px, py, pz = gather(points, *_corners(connectivity, c + 1))
+            qx, qy, qz = gather(points, *_corners(connectivity, c + 2))
+            ax = px - ox
+            ay = py - oy
+            az = pz - oz
+            bx = qx - ox
+            by = qy - oy
+            bz = qz - oz
+            x, y, z, area = _made_unit(
+                0.5 * (ay * bz - az * by), 0.5 * (az * bx - ax * bz), 0.5 * (ax * by - ay * bx)
+            )
+            normals[f, 0], normals[f + 1, 0], normals[f + 2, 0], normals[f + 3, 0] = unpack(x)
+            normals[f, 1], normals[f + 1, 1], normals[f + 2, 1], normals[f + 3, 1] = unpack(y)
+            normals[f, 2], normals[f + 1, 2], normals[f + 2, 2], normals[f + 3, 2] = unpack(z)
+            normals[f, 3], normals[f + 1, 3], normals[f + 2, 3], normals[f + 3, 3] = unpack(area)
+            f += WIDTH
 
 
 def face_normals(mesh: Mesh, normals: Float64 | None = None) -> Float64:

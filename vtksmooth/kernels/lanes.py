@@ -4,9 +4,9 @@ A value of this type holds one float64 of each of four independent pieces of wor
 register of the processor (two where registers are narrower). Arithmetic is that of float64, lane by lane,
 rounded as ever: a kernel written with lanes gives the bits of the same kernel written with numbers.
 
-Only kernels can use it. Lanes are made by :func:`pack`, :func:`spread` and :func:`load`, and leave by
-:func:`store`; ``+ - * /`` and unary ``-`` work on lanes and numbers, comparisons give masks, ``&`` and ``|``
-join masks, :func:`select` chooses by them.
+Only kernels can use it. Lanes are made by :func:`pack`, :func:`spread`, :func:`load` and :func:`gather`, and
+leave by :func:`unpack` and :func:`store`; ``+ - * /`` and unary ``-`` work on lanes and numbers, comparisons
+give masks, ``&`` and ``|`` join masks, :func:`select` chooses by them.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from numba.core.datamodel import models
 from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, register_model
+
+from .compiled import device
 
 #: Numbers side by side: what a 256-bit register holds.
 WIDTH = 4
@@ -144,6 +146,29 @@ def pack(typing_context, a, b, c, d):  # type: ignore[no-untyped-def]
     return signature(_lanes, *(number,) * WIDTH), build
 
 
+@intrinsic
+def unpack(typing_context, value):  # type: ignore[no-untyped-def]
+    """Return the four numbers."""
+    numbers = types.containers.UniTuple(types.float64, WIDTH)
+
+    def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        places = [ir.Constant(ir.IntType(32), place) for place in range(WIDTH)]
+        found = [builder.extract_element(args[0], place) for place in places]
+        return context.make_tuple(builder, numbers, found)
+
+    return signature(numbers, value), build
+
+
+@device
+def gather(rows, i, j, k, l):  # type: ignore[no-untyped-def]  # noqa: E741
+    """Return the three columns of four rows of an (n, 3) array, float64 or float32."""
+    return (
+        pack(rows[i, 0], rows[j, 0], rows[k, 0], rows[l, 0]),
+        pack(rows[i, 1], rows[j, 1], rows[k, 1], rows[l, 1]),
+        pack(rows[i, 2], rows[j, 2], rows[k, 2], rows[l, 2]),
+    )
+
+
 def _row(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
     data = context.make_array(kind)(context, builder, array).data
     place = builder.mul(row, ir.Constant(row.type, WIDTH))
@@ -176,28 +201,32 @@ def store(typing_context, rows, row, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def select(typing_context, mask, a, b):  # type: ignore[no-untyped-def]
-    """Return a where the mask is true, b elsewhere; each of the two lanes or a number."""
+    """Return a where the mask is true, b elsewhere; each of the two lanes or a number. Or all are numbers."""
+    result = _lanes if mask == _mask else types.float64
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.select(args[0], *(
-            value if kind == _lanes else _splat(builder, value)
+            value if kind == result else _splat(builder, value)
             for kind, value in zip(sig.args[1:], args[1:], strict=True)
         ))  # fmt: skip
 
-    return signature(_lanes, _mask, *(k if k == _lanes else types.float64 for k in (a, b))), build
+    return signature(result, mask, *(k if k == _lanes else types.float64 for k in (a, b))), build
 
 
 def _function(name: str) -> Any:
     @intrinsic
     def function(typing_context, value):  # type: ignore[no-untyped-def]
+        suffix, kind = (f"v{WIDTH}f64", _VECTOR) if value == _lanes else ("f64", ir.DoubleType())
+
         def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            kind = ir.FunctionType(_VECTOR, [_VECTOR])
-            called = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+            called = cgutils.get_or_insert_function(
+                builder.module, ir.FunctionType(kind, [kind]), f"llvm.{name}.{suffix}"
+            )
             return builder.call(called, args)
 
-        return signature(_lanes, _lanes), build
+        return signature(value, value), build
 
-    function.__doc__ = f"Return {name} of each lane."
+    function.__doc__ = f"Return {name} of each lane, or of a number."
     return function
 
 

@@ -9,6 +9,7 @@ from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
 from .dihedral import face_normals, unit_normal
+from .lanes import absolute, select, square_root
 from .mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
@@ -84,10 +85,11 @@ def metric_tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
         f = near.corner_face[near.corners[row]]
         if normals.size > 0:
-            n0 = normals[f, 0]
-            n1 = normals[f, 1]
-            n2 = normals[f, 2]
-            w = normals[f, 3]
+            g = np.uintp(f)
+            n0 = normals[g, 0]
+            n1 = normals[g, 1]
+            n2 = normals[g, 2]
+            w = normals[g, 3]
         else:
             n0, n1, n2, w = unit_normal(points, near.offsets, near.connectivity, f)
         if weight == 1 and w > 0.0:
@@ -119,14 +121,17 @@ def _isolated_vector(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-d
     s0 = x0 * x0 + y0 * y0 + z0 * z0
     s1 = x1 * x1 + y1 * y1 + z1 * z1
     s2 = x2 * x2 + y2 * y2 + z2 * z2
-    if s0 >= s1 and s0 >= s2:
-        s = 1.0 / np.sqrt(s0)
-        return x0 * s, y0 * s, z0 * s
-    if s1 >= s2:
-        s = 1.0 / np.sqrt(s1)
-        return x1 * s, y1 * s, z1 * s
-    s = 1.0 / np.sqrt(s2)
-    return x2 * s, y2 * s, z2 * s
+    first = s0 >= s1
+    x = select(first, x0, x1)
+    y = select(first, y0, y1)
+    z = select(first, z0, z1)
+    s = select(first, s0, s1)
+    first = s >= s2
+    x = select(first, x, x2)
+    y = select(first, y, y2)
+    z = select(first, z, z2)
+    s = 1.0 / square_root(select(first, s, s2))
+    return x * s, y * s, z * s
 
 
 @device
@@ -134,15 +139,14 @@ def _apart(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
     """Return whether the eigenvalue that lies apart from the other two is the largest, and its unit vector.
 
     Of a matrix whose largest entry is 1. From the cubic equation, where this root is exact to rounding. The
-    vector is 0 where all three are equal.
+    vector is 0 where all three are equal. Of numbers or of lanes.
     """
     mean = (a00 + a11 + a22) / 3.0
     d0 = a00 - mean
     d1 = a11 - mean
     d2 = a22 - mean
-    p = np.sqrt((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12)) / 6.0)
-    if p <= 1e-150:
-        return True, 0.0, 0.0, 0.0
+    p = square_root((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * (a01 * a01 + a02 * a02 + a12 * a12)) / 6.0)
+    apart = p > 1e-150
     # B = (A - mean) / p has the eigenvalues 2 cos(angle + 2 pi i / 3) with cos(3 angle) = det(B) / 2.
     s = 1.0 / p
     c0 = d0 * s
@@ -155,35 +159,30 @@ def _apart(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
     highest = half >= 0.0
     # The largest root of x^3 - 3 x = 2 |half|, which lies between sqrt(3) and 2: three of Newton's steps
     # from the chord are exact to rounding, in half the time of the arc cosine.
-    half = min(1.0, abs(half))
+    half = absolute(half)
+    half = select(half < 1.0, half, 1.0)
     root = _CHORD + (2.0 - _CHORD) * half
     for _ in range(3):
         root -= (root * (root * root - 3.0) - 2.0 * half) / (3.0 * (root * root - 1.0))
-    if not highest:
-        root = -root
+    root = select(highest, root, -root)
     ux, uy, uz = _isolated_vector(c0 - root, c01, c02, c1 - root, c12, c2 - root)
-    return highest, ux, uy, uz
+    return highest, select(apart, ux, 0.0), select(apart, uy, 0.0), select(apart, uz, 0.0)
 
 
 @device
 def first_eigenvector(a00, a01, a02, a11, a12, a22):  # type: ignore[no-untyped-def]
-    """Return the largest eigenvalue of a symmetric 3x3 matrix and its unit eigenvector.
+    """Return the unit eigenvector of the largest eigenvalue of a metric tensor, where it is the one apart.
 
-    The same as :func:`eigen`, in half the time where it is the one that lies apart, as on smooth surfaces.
+    Of numbers or of lanes, in a third of the time of :func:`eigen`. 0 where it is not, or where the tensor
+    is 0; on smooth surfaces it is nearly always.
 
     Returns
     -------
-    l1, e10, e11, e12 : float64
+    e10, e11, e12 : float64
     """
-    largest = max(abs(a00), abs(a01), abs(a02), abs(a11), abs(a12), abs(a22))
-    if largest > 0.0:
-        highest, x, y, z = _apart(
-            a00 / largest, a01 / largest, a02 / largest, a11 / largest, a12 / largest, a22 / largest
-        )
-        if highest and (x != 0.0 or y != 0.0 or z != 0.0):
-            return _form(a00, a01, a02, a11, a12, a22, x, y, z), x, y, z
-    found = eigen(a00, a01, a02, a11, a12, a22)
-    return found[0], found[3], found[4], found[5]
+    s = 1.0 / (a00 + a11 + a22)
+    highest, x, y, z = _apart(a00 * s, a01 * s, a02 * s, a11 * s, a12 * s, a22 * s)
+    return select(highest, x, 0.0), select(highest, y, 0.0), select(highest, z, 0.0)
 
 
 @device

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from .compiled import device
 
+#: The factors in N / 24 of :func:`triangle_shares`.
+_HALF, _SIXTH = 0.5 / 24.0, 1.0 / 6.0 / 24.0
+
 
 @device
-def mean_normal(ax, ay, az, bx, by, bz, dx, dy, dz, ex, ey, ez, fx, fy, fz):  # type: ignore[no-untyped-def]
-    """Twice the area vector of a moving triangle, in the mean over its way.
+def triangle_shares(  # type: ignore[no-untyped-def]
+    ax, ay, az, bx, by, bz, px, py, pz, qx, qy, qz, dx, dy, dz, ex, ey, ez, fx, fy, fz
+):
+    """Return what a moving triangle sweeps, shared among its corners; of numbers or of lanes.
 
-    With the edges a and b from its first corner and the corners' steps d, e, f:
-    ``a x b + (u x b + a x v) / 2 + u x v / 3``, u = e - d, v = f - d.
+    a and b are its sides from the first corner before, p and q after; d, e and f the steps of its corners.
+
+    ``V = (d + e + f) . N / 6`` with twice the area vector in the mean over the way,
+    ``N = (a x b + p x q) / 2 - u x v / 6``, u = e - d, v = f - d: exact with bilinear side patches.
+    Neighbouring triangles agree on the patch between them, which the three tetrahedra of Jiao, section 3.2,
+    do not: the sum over a closed mesh is the change of its volume. The share of a corner is the integral of
+    the swept volume times its shape function, (9): ``(d + (d + e + f)) . N / 24`` for the corner that moves
+    by d.
     """
     ux = ex - dx
     uy = ey - dy
@@ -18,45 +29,29 @@ def mean_normal(ax, ay, az, bx, by, bz, dx, dy, dz, ex, ey, ez, fx, fy, fz):  # 
     vx = fx - dx
     vy = fy - dy
     vz = fz - dz
-    nx = ay * bz - az * by + 0.5 * (uy * bz - uz * by + ay * vz - az * vy) + (uy * vz - uz * vy) / 3.0
-    ny = az * bx - ax * bz + 0.5 * (uz * bx - ux * bz + az * vx - ax * vz) + (uz * vx - ux * vz) / 3.0
-    nz = ax * by - ay * bx + 0.5 * (ux * by - uy * bx + ax * vy - ay * vx) + (ux * vy - uy * vx) / 3.0
-    return nx, ny, nz
+    # N / 24
+    nx = _HALF * ((ay * bz - az * by) + (py * qz - pz * qy)) - _SIXTH * (uy * vz - uz * vy)
+    ny = _HALF * ((az * bx - ax * bz) + (pz * qx - px * qz)) - _SIXTH * (uz * vx - ux * vz)
+    nz = _HALF * ((ax * by - ay * bx) + (px * qy - py * qx)) - _SIXTH * (ux * vy - uy * vx)
+    of_d = dx * nx + dy * ny + dz * nz
+    of_e = ex * nx + ey * ny + ez * nz
+    of_f = fx * nx + fy * ny + fz * nz
+    total = of_d + of_e + of_f
+    return of_d + total, of_e + total, of_f + total
 
 
 @device
-def sweep_triangle(before, after, p, q, r, swept, at):  # type: ignore[no-untyped-def]
-    """Write what the triangle p q r sweeps to ``swept[at : at + 3]``, shared among its corners.
-
-    ``V = (d + e + f) . N / 6`` with N of :func:`mean_normal`: exact with bilinear side patches. Neighbouring
-    triangles agree on the patch between them, which the three tetrahedra of Jiao, section 3.2, do not: the
-    sum over a closed mesh is the change of its volume. The share of a corner is the integral of the swept
-    volume times its shape function, (9): ``(d + (d + e + f)) . N / 24`` for the corner that moves by d.
-    """
-    x = before[p, 0]
-    y = before[p, 1]
-    z = before[p, 2]
-    dx = after[p, 0] - x
-    dy = after[p, 1] - y
-    dz = after[p, 2] - z
-    ex = after[q, 0] - before[q, 0]
-    ey = after[q, 1] - before[q, 1]
-    ez = after[q, 2] - before[q, 2]
-    fx = after[r, 0] - before[r, 0]
-    fy = after[r, 1] - before[r, 1]
-    fz = after[r, 2] - before[r, 2]
-    nx, ny, nz = mean_normal(
-        before[q, 0] - x, before[q, 1] - y, before[q, 2] - z,
-        before[r, 0] - x, before[r, 1] - y, before[r, 2] - z,
-        dx, dy, dz, ex, ey, ez, fx, fy, fz,
+def _sweep_triangle(before, after, p, q, r, swept, at):  # type: ignore[no-untyped-def]
+    # Write the shares of the triangle p q r to ``swept[at : at + 3]``.
+    swept[at], swept[at + 1], swept[at + 2] = triangle_shares(
+        before[q, 0] - before[p, 0], before[q, 1] - before[p, 1], before[q, 2] - before[p, 2],
+        before[r, 0] - before[p, 0], before[r, 1] - before[p, 1], before[r, 2] - before[p, 2],
+        after[q, 0] - after[p, 0], after[q, 1] - after[p, 1], after[q, 2] - after[p, 2],
+        after[r, 0] - after[p, 0], after[r, 1] - after[p, 1], after[r, 2] - after[p, 2],
+        after[p, 0] - before[p, 0], after[p, 1] - before[p, 1], after[p, 2] - before[p, 2],
+        after[q, 0] - before[q, 0], after[q, 1] - before[q, 1], after[q, 2] - before[q, 2],
+        after[r, 0] - before[r, 0], after[r, 1] - before[r, 1], after[r, 2] - before[r, 2],
     )  # fmt: skip
-    d = (dx * nx + dy * ny + dz * nz) / 24.0
-    e = (ex * nx + ey * ny + ez * nz) / 24.0
-    f = (fx * nx + fy * ny + fz * nz) / 24.0
-    total = d + e + f
-    swept[at] = d + total
-    swept[at + 1] = e + total
-    swept[at + 2] = f + total
 
 
 @device
@@ -69,7 +64,7 @@ def sweep_face(before, after, offsets, connectivity, f, swept):  # type: ignore[
     a = offsets[f]
     size = offsets[f + 1] - a
     if size == 3:
-        sweep_triangle(before, after, connectivity[a], connectivity[a + 1], connectivity[a + 2], swept, a)
+        _sweep_triangle(before, after, connectivity[a], connectivity[a + 1], connectivity[a + 2], swept, a)
         return
     for c in range(a, a + size):
         swept[c] = 0.0
@@ -94,24 +89,18 @@ def sweep_face(before, after, offsets, connectivity, f, swept):  # type: ignore[
         following = c + 1 if c + 1 < a + size else a
         q = connectivity[c]
         r = connectivity[following]
-        ex = after[q, 0] - before[q, 0]
-        ey = after[q, 1] - before[q, 1]
-        ez = after[q, 2] - before[q, 2]
-        fx = after[r, 0] - before[r, 0]
-        fy = after[r, 1] - before[r, 1]
-        fz = after[r, 2] - before[r, 2]
-        nx, ny, nz = mean_normal(
+        of_middle, of_q, of_r = triangle_shares(
             before[q, 0] - mx, before[q, 1] - my, before[q, 2] - mz,
             before[r, 0] - mx, before[r, 1] - my, before[r, 2] - mz,
-            dx, dy, dz, ex, ey, ez, fx, fy, fz,
+            after[q, 0] - mx - dx, after[q, 1] - my - dy, after[q, 2] - mz - dz,
+            after[r, 0] - mx - dx, after[r, 1] - my - dy, after[r, 2] - mz - dz,
+            dx, dy, dz,
+            after[q, 0] - before[q, 0], after[q, 1] - before[q, 1], after[q, 2] - before[q, 2],
+            after[r, 0] - before[r, 0], after[r, 1] - before[r, 1], after[r, 2] - before[r, 2],
         )  # fmt: skip
-        d = (dx * nx + dy * ny + dz * nz) / 24.0
-        e = (ex * nx + ey * ny + ez * nz) / 24.0
-        g = (fx * nx + fy * ny + fz * nz) / 24.0
-        total = d + e + g
-        middle += d + total
-        swept[c] += e + total
-        swept[following] += g + total
+        middle += of_middle
+        swept[c] += of_q
+        swept[following] += of_r
     for c in range(a, a + size):
         swept[c] += middle / size
 

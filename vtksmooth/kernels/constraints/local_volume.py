@@ -11,10 +11,11 @@ from ...errors import ParameterError
 from ...report import RunReport
 from .. import parallel
 from ..compiled import device, kernel
+from ..lanes import WIDTH, gather, pack, select, spread, unpack
 from ..quality import area_vectors
 from ..regions import components
 from ..state import State
-from ..swept_volume import mean_normal, sweep_face, volume_gradient
+from ..swept_volume import sweep_face, triangle_shares, volume_gradient
 from . import Constraint, Float64, Int64
 from .creases import Creases
 from .deviation_bound import DeviationBound
@@ -57,152 +58,149 @@ def _sweep(starts, ends, before, after, offsets, connectivity, reference, flux, 
 def _sweep_triangles(  # type: ignore[no-untyped-def]
     starts, ends, before, after, connectivity, reference, flux, swept, portion, volumes, area
 ):
-    # As _sweep, where all faces are triangles, reading each corner once; and twice their area vectors
-    # afterwards. The sign of a face is found step by step as quality.face_square finds it.
-    inverted = 0
+    # As _sweep, where all faces are triangles, four at a time; and twice their area vectors afterwards.
+    # The sign of a face is found step by step as quality.face_square finds it.
+    inverted = spread(0.0)
     for part in range(starts.size):
-        volume = 0.0
-        for f in range(starts[part], ends[part]):
-            p = np.uintp(connectivity[3 * f])
-            q = np.uintp(connectivity[3 * f + 1])
-            r = np.uintp(connectivity[3 * f + 2])
-            ox = before[p, 0]
-            oy = before[p, 1]
-            oz = before[p, 2]
-            qx = before[q, 0]
-            qy = before[q, 1]
-            qz = before[q, 2]
-            rx = before[r, 0]
-            ry = before[r, 1]
-            rz = before[r, 2]
-            px = after[p, 0]
-            py = after[p, 1]
-            pz = after[p, 2]
-            sx = after[q, 0]
-            sy = after[q, 1]
-            sz = after[q, 2]
-            tx = after[r, 0]
-            ty = after[r, 1]
-            tz = after[r, 2]
-            dx = px - ox
-            dy = py - oy
-            dz = pz - oz
-            ex = sx - qx
-            ey = sy - qy
-            ez = sz - qz
-            fx = tx - rx
-            fy = ty - ry
-            fz = tz - rz
+        volume = spread(0.0)
+        last = ends[part] - 1
+        for f in range(starts[part], ends[part], WIDTH):
+            # Where fewer are left, the last face takes the places of those that are missing.
+            g = min(f + 1, last)
+            h = min(f + 2, last)
+            i = min(f + 3, last)
+            left = pack(0.0, 1.0, 2.0, 3.0) < np.float64(ends[part] - f)
+            k0 = np.uintp(connectivity[3 * f])
+            k1 = np.uintp(connectivity[3 * g])
+            k2 = np.uintp(connectivity[3 * h])
+            k3 = np.uintp(connectivity[3 * i])
+            ox, oy, oz = gather(before, k0, k1, k2, k3)
+            px, py, pz = gather(after, k0, k1, k2, k3)
+            k0 = np.uintp(connectivity[3 * f + 1])
+            k1 = np.uintp(connectivity[3 * g + 1])
+            k2 = np.uintp(connectivity[3 * h + 1])
+            k3 = np.uintp(connectivity[3 * i + 1])
+            qx, qy, qz = gather(before, k0, k1, k2, k3)
+            sx, sy, sz = gather(after, k0, k1, k2, k3)
+            k0 = np.uintp(connectivity[3 * f + 2])
+            k1 = np.uintp(connectivity[3 * g + 2])
+            k2 = np.uintp(connectivity[3 * h + 2])
+            k3 = np.uintp(connectivity[3 * i + 2])
+            rx, ry, rz = gather(before, k0, k1, k2, k3)
+            tx, ty, tz = gather(after, k0, k1, k2, k3)
             ax = qx - ox
             ay = qy - oy
             az = qz - oz
             bx = rx - ox
             by = ry - oy
             bz = rz - oz
-            nx, ny, nz = mean_normal(ax, ay, az, bx, by, bz, dx, dy, dz, ex, ey, ez, fx, fy, fz)
-            d = (dx * nx + dy * ny + dz * nz) / 24.0
-            e = (ex * nx + ey * ny + ez * nz) / 24.0
-            g = (fx * nx + fy * ny + fz * nz) / 24.0
-            total = d + e + g
-            if flux.size > 0:
-                total -= flux[f] / 3.0
-            swept[3 * f] = d + total
-            swept[3 * f + 1] = e + total
-            swept[3 * f + 2] = g + total
-            volume += d + e + g + 3.0 * total
             ux = sx - px
             uy = sy - py
             uz = sz - pz
             vx = tx - px
             vy = ty - py
             vz = tz - pz
+            of_p, of_q, of_r = triangle_shares(
+                ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz,
+                px - ox, py - oy, pz - oz, sx - qx, sy - qy, sz - qz, tx - rx, ty - ry, tz - rz,
+            )  # fmt: skip
+            if flux.size > 0:
+                given = pack(flux[f], flux[g], flux[h], flux[i]) / 3.0
+                of_p -= given
+                of_q -= given
+                of_r -= given
+            volume += select(left, of_p + of_q + of_r, 0.0)
+            swept[3 * f], swept[3 * g], swept[3 * h], swept[3 * i] = unpack(of_p)
+            swept[3 * f + 1], swept[3 * g + 1], swept[3 * h + 1], swept[3 * i + 1] = unpack(of_q)
+            swept[3 * f + 2], swept[3 * g + 2], swept[3 * h + 2], swept[3 * i + 2] = unpack(of_r)
             nx = uy * vz - uz * vy
             ny = uz * vx - ux * vz
             nz = ux * vy - uy * vx
-            area[f, 0] = nx
-            area[f, 1] = ny
-            area[f, 2] = nz
-            if nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0:
-                nx = ay * bz - az * by
-                ny = az * bx - ax * bz
-                nz = ax * by - ay * bx
-                inverted += not nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] < 0.0
-        volumes[starts[part] // portion] = volume
-    return inverted
+            area[f, 0], area[g, 0], area[h, 0], area[i, 0] = unpack(nx)
+            area[f, 1], area[g, 1], area[h, 1], area[i, 1] = unpack(ny)
+            area[f, 2], area[g, 2], area[h, 2], area[i, 2] = unpack(nz)
+            rx, ry, rz = gather(reference, f, g, h, i)
+            after_all = nx * rx + ny * ry + nz * rz
+            nx = ay * bz - az * by
+            ny = az * bx - ax * bz
+            nz = ax * by - ay * bx
+            before_that = nx * rx + ny * ry + nz * rz
+            inverted += select(
+                left & (after_all < 0.0), select(before_that < 0.0, 0.0, spread(1.0)), spread(0.0)
+            )
+        v0, v1, v2, v3 = unpack(volume)
+        volumes[starts[part] // portion] = v0 + v1 + v2 + v3
+    v0, v1, v2, v3 = unpack(inverted)
+    return int(v0 + v1 + v2 + v3)
 
 
 @kernel
-def _answers(starts, ends, points, near, held, area, direction, answer):  # type: ignore[no-untyped-def]
-    # (10): the derivative of the volume by a step of v along d; 0 if v takes no part; returns how many.
-    # `area`: twice the faces' area vectors, where all are triangles; otherwise empty.
-    corner_offsets = near.corner_offsets
-    corners = near.corners
-    triangles = area.size > 0
+def _linearise(  # type: ignore[no-untyped-def]
+    starts, ends, points, near, held, area, direction, swept, residual, answer
+):
+    # The residual (9) of each v, and (10), the derivative of the volume by a step of v along d: 0 if v takes
+    # no part; returns how many. `area`: twice the faces' area vectors, where all are triangles; otherwise
+    # empty.
     idle = 0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
+            total = 0.0
+            gx = 0.0
+            gy = 0.0
+            gz = 0.0
+            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                c = np.uint32(near.corners[row])
+                total += swept[c]
+                if area.size > 0:
+                    f = c // np.uint32(3)
+                    gx += area[f, 0]
+                    gy += area[f, 1]
+                    gz += area[f, 2]
+            residual[v] = total
             answer[v] = 0.0
             x = direction[v, 0]
             y = direction[v, 1]
             z = direction[v, 2]
-            if held[v] or (x == 0.0 and y == 0.0 and z == 0.0):
-                continue
-            if triangles:
-                gx = 0.0
-                gy = 0.0
-                gz = 0.0
-                for row in range(corner_offsets[v], corner_offsets[v + 1]):
-                    f = np.uintp(corners[row] // 3)
-                    gx += area[f, 0]
-                    gy += area[f, 1]
-                    gz += area[f, 2]
-                gx /= 6.0
-                gy /= 6.0
-                gz /= 6.0
-            else:
-                gx, gy, gz = volume_gradient(points, near, v)
-            along = gx * x + gy * y + gz * z
-            if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
-                answer[v] = along
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
+            if not held[v] and (x != 0.0 or y != 0.0 or z != 0.0):
+                if area.size > 0:
+                    gx /= 6.0
+                    gy /= 6.0
+                    gz /= 6.0
+                else:
+                    gx, gy, gz = volume_gradient(points, near, v)
+                along = gx * x + gy * y + gz * z
+                if along > _SMALLEST_COSINE * np.sqrt(gx * gx + gy * gy + gz * gz):
+                    answer[v] = along
             idle += answer[v] == 0.0
     return idle
 
 
 @device
-def _handed_over(v, ring_offsets, ring, corner_offsets, corners, swept, answer):  # type: ignore[no-untyped-def]
+def _handed_over(v, ring_offsets, ring, residual, answer):  # type: ignore[no-untyped-def]
     # What v has to take over from neighbours that take no part: their residuals go in equal parts to those
     # of their neighbours that do, so that nothing of the whole is lost.
     total = 0.0
     for r in range(ring_offsets[v], ring_offsets[v + 1]):
         w = ring[r]
         if answer[w] == 0.0:
-            residual = 0.0
-            for row in range(corner_offsets[w], corner_offsets[w + 1]):
-                residual += swept[corners[row]]
             takers = 0
             for s in range(ring_offsets[w], ring_offsets[w + 1]):
                 takers += answer[ring[s]] != 0.0
-            total += residual / takers
+            total += residual[w] / takers
     return total
 
 
 @kernel
-def _correct(starts, ends, near, swept, direction, answer, idle, share, after):  # type: ignore[no-untyped-def]
+def _correct(starts, ends, near, residual, direction, answer, idle, share, after):  # type: ignore[no-untyped-def]
     # (11), with `share` 1; returns the largest residual met, per area. `idle`: whether some take no part.
     largest = 0.0
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if answer[v] == 0.0:
                 continue
-            step = 0.0
-            for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                step += swept[near.corners[row]]
+            step = residual[v]
             if idle:
-                step += _handed_over(
-                    v, near.ring_offsets, near.ring, near.corner_offsets, near.corners, swept, answer
-                )
+                step += _handed_over(v, near.ring_offsets, near.ring, residual, answer)
             step /= answer[v]
             largest = max(largest, abs(step))
             after[v, 0] -= share * step * direction[v, 0]
@@ -323,7 +321,8 @@ class LocalVolume(Constraint):
         self.residuals = []
         self._last_residual: Callable[[], list[float]] = list
         if not state.in_place:
-            self._swept, self._answer = np.empty(len(state.topology.connectivity)), np.empty(n)
+            self._swept = np.empty(len(state.topology.connectivity))
+            self._residual, self._answer = np.empty(n), np.empty(n)
             # Summed range by range: then the sum does not depend on the number of threads.
             self._faces = parallel.ranges(m)
             self._volumes = np.empty(len(self._faces[0]))
@@ -424,33 +423,39 @@ class LocalVolume(Constraint):
         self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
     ) -> int:
         """Correct `proposed`, of which `_swept` holds; return how many faces this inverts."""
-        near, swept, answer = state.near, self._swept, self._answer
+        near, residual, answer = state.near, self._residual, self._answer
 
-        def correct(idle: bool, share: float) -> float:
-            return max(
-                parallel.run(_correct, *vertices, near, swept, direction, answer, idle, share, proposed),
-                default=0.0,
-            )
-
-        def find_answers() -> bool:
+        def linearise() -> bool:
             return any(
-                parallel.run(_answers, *vertices, proposed, near, self._held, self._area, direction, answer)
+                parallel.run(
+                    _linearise, *vertices, proposed, near, self._held, self._area, direction,
+                    self._swept, residual, answer,
+                )
+            )  # fmt: skip
+
+        def correct(share: float) -> float:
+            # Linearised anew for each: what is left of the whole volume is then of second order in this step
+            # alone.
+            idle = linearise()
+            return max(
+                parallel.run(_correct, *vertices, near, residual, direction, answer, idle, share, proposed),
+                default=0.0,
             )
 
         inverted = 0
         self.residuals = []
         for _ in range(self.corrections):
-            # Anew for each: what is left of the whole volume is then of second order in this step alone.
-            idle = find_answers()
-            self.residuals.append(correct(idle, 1.0))
+            self.residuals.append(correct(1.0))
             inverted = self._sweep(state, proposed)
         if self.corrections:
-            self._last_residual = lambda: [correct(idle, 0.0)]
-        for _ in range(_CLOSINGS if self.uniform else 0):
+            self._last_residual = lambda: [correct(0.0)]
+        for turn in range(_CLOSINGS if self.uniform else 0):
             left = self._left_over()
             if (np.abs(left) <= self._tolerance).all():
                 break
-            find_answers()
+            # What is left after corrections is so little that their last slope closes it, as a rule.
+            if turn > 0 or not self.corrections:
+                linearise()
             slope = answer.sum(keepdims=True)
             if self._bodies > 1:
                 slope = np.bincount(self._body, answer, self._bodies)
