@@ -1,21 +1,12 @@
 """Triangles that cross a surface: against VTK, against distances by formula, and where they only touch."""
 
 import meshes
-import numba
 import numpy as np
 import pytest
 from vtkmodules.vtkCommonDataModel import vtkTriangle
 
 from vtksmooth.kernels.closest_point import ClosestPoint
-from vtksmooth.kernels.crossings import (
-    behind_planes,
-    crossing_triangles,
-    faces_near,
-    no_box,
-    scratch,
-    turned_against,
-    widen,
-)
+from vtksmooth.kernels.crossings import crossing_triangles
 from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.signed_distance import SignedDistanceTree
 
@@ -162,72 +153,3 @@ def test_triangles_without_an_area_do_not_cross():
     space = meshes.cube(2, triangles=True)
     points = [[1, 1, 1], [5, 1, 1], [3, 1, 1]]
     assert not crossing(points, [[0, 1, 2], [0, 1, 1], [0, 0, 0]], space).any()
-
-
-@numba.njit
-def plainly_free(tree, normals, points, stars, tolerance):
-    """For each fan of a middle and the ring after it: whether the planes of the faces near say it is free."""
-    free = np.zeros(len(stars), np.bool_)
-    near = np.zeros(len(stars), np.int64)
-    room = scratch()
-    stack, found, box = room
-    for s in range(len(stars)):
-        no_box(box)
-        for v in stars[s]:
-            widen(box, points, v)
-        stack[0] = 0
-        near[s], more = faces_near(tree, box, tolerance, stack, 1, found)
-        free[s] = (
-            more == 0
-            and not turned_against(normals, found, near[s])
-            and behind_planes(
-                tree, normals, found, near[s], tolerance, points, stars[s, 0], stars[s], 1, stars.shape[1]
-            )
-        )
-    return free, near
-
-
-def blade():
-    """A space that is nearly all edge: two faces turned against each other."""
-    return Mesh.from_faces(
-        [[0, 0, -2], [0, 0, 2], [4, 0.3, 0], [4, -0.3, 0]], [[0, 1, 2], [1, 0, 3], [0, 2, 3], [1, 3, 2]]
-    )
-
-
-@pytest.mark.parametrize(
-    ("space", "least"),
-    [
-        (meshes.cube(2, triangles=True), 0.1),
-        (meshes.l_shape(triangles=True), 0.05),
-        (meshes.torus(14, 8, jitter=0.2), 0.02),
-        (meshes.icosphere(2), 0.02),
-        (blade(), 0.0),
-    ],
-)
-def test_stars_behind_all_planes_cross_nothing(space, least):
-    # Fans that lie on faces, stick out by parts of the tolerance, or go through; a tolerance that matters.
-    tolerance, count, size = 0.05, 4000, 7
-    random = np.random.default_rng(7)
-    tree = SignedDistanceTree(space)
-    corners = space.points[space.connectivity.reshape(-1, 3)]
-    own = random.integers(0, len(corners), count)
-    at = np.einsum("sc,scx->sx", random.dirichlet([0.5] * 3, count), corners[own])
-    points = np.repeat(at[:, None], size, axis=1)
-    points[:, 1:] += random.choice([0.1, 0.4], count)[:, None, None] * random.normal(
-        size=(count, size - 1, 3)
-    )
-    flat = points.reshape(-1, 3)
-    # Most points are brought back onto the surface, or to within some of the tolerance of it.
-    closest, _ = tree.surface.query(flat)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    back = random.random(len(flat)) < np.repeat(random.choice([0.5, 1.0], count), size)
-    height = random.choice([-1.0, -0.1, 0.0, 0.05, 0.5], len(flat))
-    flat[back] = (closest + tolerance * height[:, None] * np.repeat(normals[own], size, axis=0))[back]
-    stars = np.arange(count * size).reshape(count, size)
-    free, near = plainly_free(tree.tree, tree.normals, flat, stars, tolerance)
-    triangles = np.concatenate([stars[:, [0, i, i % (size - 1) + 1]] for i in range(1, size)])
-    crossed = crossing(flat, triangles, space, tolerance=tolerance).reshape(size - 1, count).any(axis=0)
-    assert not (free & crossed).any()
-    assert crossed.sum() > 20
-    assert (free & (near > 0)).mean() >= least

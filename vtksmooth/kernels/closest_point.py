@@ -120,7 +120,7 @@ def _build(points, faces, order, centre, low, high, node_low, node_high, node): 
 
 
 @device
-def _closest(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
+def closest_of(points, p0, p1, p2, x, y, z):  # type: ignore[no-untyped-def]
     """Closest point of a triangle, by the regions of its plane, and its coordinates s and t.
 
     It is p0 + s (p1 - p0) + t (p2 - p0); at corners and on sides s or t are 0 or 1, or s is 1 - t, exactly.
@@ -228,7 +228,7 @@ def query(tree, x, y, z, reach, bound, stack):  # type: ignore[no-untyped-def]
         if child < 0:
             for k in range(node[i, 0], node[i, 1]):
                 t = order[k]
-                px, py, pz, ps, pt = _closest(points, faces[t, 0], faces[t, 1], faces[t, 2], x, y, z)
+                px, py, pz, ps, pt = closest_of(points, faces[t, 0], faces[t, 1], faces[t, 2], x, y, z)
                 square = (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2
                 if square < best:
                     best = square

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from . import parallel
 from .closest_point import FLAT, LEAF, ClosestPoint
-from .compiled import device, kernel
+from .compiled import allocating, device, kernel
 
 Bool = npt.NDArray[np.bool_]
 Float64 = npt.NDArray[np.float64]
@@ -20,11 +20,8 @@ LIFT = 0.125
 #: Most faces of the surface that are looked at together, and most nodes of its tree that wait.
 FACES, STACK = 64, 128
 
-#: Cosines. Normals on one side of the first are not turned against each other; those below the other are.
-_ASIDE, _AGAINST = 0.25, -0.9
 
-
-@device
+@allocating
 def scratch():  # type: ignore[no-untyped-def]
     """Return the room that a kernel needs to look for crossings."""
     return np.empty(STACK, np.int32), np.empty(FACES, np.int32), np.empty((2, 3))
@@ -139,60 +136,6 @@ def faces_near(tree, box, margin, stack, top, found):  # type: ignore[no-untyped
 
 
 @device
-def turned_against(normals, found, count):  # type: ignore[no-untyped-def]
-    """Return whether two of the faces found have normals turned against each other, to 26 degrees."""
-    aside = False
-    for a in range(1, count):
-        along = 0.0
-        for axis in range(3):
-            along += normals[found[0], axis] * normals[found[a], axis]
-        aside = aside or along < _ASIDE
-    if not aside:
-        return False
-    for a in range(1, count):
-        for b in range(a):
-            along = 0.0
-            for axis in range(3):
-                along += normals[found[a], axis] * normals[found[b], axis]
-            if along < _AGAINST:
-                return True
-    return False
-
-
-@device
-def behind_planes(tree, normals, found, count, tolerance, points, v, ring, first, last):  # type: ignore[no-untyped-def]
-    """Return whether v and ring[first:last] are on the inner side of the planes of all faces found.
-
-    Then, if no two of these faces are turned against each other, none of the triangles round v crosses, as
-    :func:`crosses` has it. For it moves a triangle by the lift both ways. A face that comes into it deeper
-    than the tolerance from its sides, while its corners are no higher over the face than half the lift, is
-    almost parallel to it, sine 3/2 LIFT at most, and with its normal to the side it is moved to. So the two
-    faces it takes have normals against each other, to 22 degrees.
-    """
-    others = tree[0]
-    faces = tree[1]
-    most = 0.5 * LIFT * tolerance
-    for c in range(count):
-        f = found[c]
-        nx = normals[f, 0]
-        ny = normals[f, 1]
-        nz = normals[f, 2]
-        if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            return False
-        o = faces[f, 0]
-        ox = others[o, 0]
-        oy = others[o, 1]
-        oz = others[o, 2]
-        if (points[v, 0] - ox) * nx + (points[v, 1] - oy) * ny + (points[v, 2] - oz) * nz > most:
-            return False
-        for r in range(first, last):
-            k = ring[r]
-            if (points[k, 0] - ox) * nx + (points[k, 1] - oy) * ny + (points[k, 2] - oz) * nz > most:
-                return False
-    return True
-
-
-@device
 def _covering_radius(points, p, q, r):  # type: ignore[no-untyped-def]
     # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3): where it is
     # acute that is the greatest circumradius for this side; elsewhere its height cuts it into two right
@@ -216,9 +159,9 @@ def _pierces(points, p, q, r, normal, lift, others, u, v, w, margin):  # type: i
     """
     # Heights of the corners above the moved plane.
     heights = (
-        _height(others, u, points, p, normal) - lift,
-        _height(others, v, points, p, normal) - lift,
-        _height(others, w, points, p, normal) - lift,
+        height(others, u, points, p, normal) - lift,
+        height(others, v, points, p, normal) - lift,
+        height(others, w, points, p, normal) - lift,
     )
     if (heights[0] > 0.0) == (heights[1] > 0.0) and (heights[1] > 0.0) == (heights[2] > 0.0):
         return False
@@ -278,7 +221,8 @@ def _pierces(points, p, q, r, normal, lift, others, u, v, w, margin):  # type: i
 
 
 @device
-def _height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
+def height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
+    """Return the height of v of `others` over the plane through p with the unit normal."""
     return (
         (others[v, 0] - points[p, 0]) * normal[0]
         + (others[v, 1] - points[p, 1]) * normal[1]
@@ -287,7 +231,7 @@ def _height(others, v, points, p, normal):  # type: ignore[no-untyped-def]
 
 
 @device
-def _normal(points, p, q, r):  # type: ignore[no-untyped-def]
+def face_normal(points, p, q, r):  # type: ignore[no-untyped-def]
     """Return the unit normal of the triangle (p, q, r); zeros where it is a line."""
     ax = points[q, 0] - points[p, 0]
     ay = points[q, 1] - points[p, 1]
@@ -329,7 +273,7 @@ def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-
     :func:`scratch`.
     """
     stack, found, box = room
-    normal = _normal(points, p, q, r)
+    normal = face_normal(points, p, q, r)
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return False  # a line: what crosses it crosses the triangles beside it
     no_box(box)
@@ -352,7 +296,7 @@ def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-
 @device
 def crosses_found(points, p, q, r, tree, normals, tolerance, found, count):  # type: ignore[no-untyped-def]
     """Do what :func:`crosses` does, for faces that have been found already; `normals` are theirs."""
-    normal = _normal(points, p, q, r)
+    normal = face_normal(points, p, q, r)
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return False
     above = False
@@ -363,9 +307,9 @@ def crosses_found(points, p, q, r, tree, normals, tolerance, found, count):  # t
         o = tree[1][f, 0]
         face = (normals[f, 0], normals[f, 1], normals[f, 2])
         # Of a triangle that is all on one side of its plane the face touches a corner at most.
-        hp = _height(points, p, tree[0], o, face)
-        hq = _height(points, q, tree[0], o, face)
-        hr = _height(points, r, tree[0], o, face)
+        hp = height(points, p, tree[0], o, face)
+        hq = height(points, q, tree[0], o, face)
+        hr = height(points, r, tree[0], o, face)
         if max(hp, max(hq, hr)) < -most or min(hp, min(hq, hr)) > most:
             continue
         above, below = _pierced(points, p, q, r, normal, tree, f, tolerance, above, below)

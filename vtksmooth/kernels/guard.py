@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .compiled import device
-from .crossings import behind_planes, crosses, crosses_found, faces_near, no_box, turned_against, widen
+from .compiled import allocating, device
+from .crossings import LIFT, crosses, crosses_found
 from .mesh import Mesh
-from .signed_distance import SignedDistanceTree, signed_distance
+from .separation import BEFORE, CROWDED, FREE, PLANES, Separation, above, no_triangles, separate
+from .signed_distance import SignedDistanceTree, signed_distance, signed_distance_to
 
 Float64 = npt.NDArray[np.float64]
 
@@ -34,6 +35,10 @@ class Guard(NamedTuple):
         Whether there is a space at all.
     exact : bool
         Whether triangles are judged too.
+    closed : bool
+        Whether the surface is closed: who does not cross it does not leave.
+    separation : Separation
+        What is known of the triangles, if they are judged.
     """
 
     tree: Any
@@ -44,6 +49,8 @@ class Guard(NamedTuple):
     tolerance: float
     active: bool
     exact: bool
+    closed: bool
+    separation: Separation
 
 
 @device
@@ -97,85 +104,61 @@ def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
 
 
 @device
-def star_inside(guard, points, v, ring, first, last, stack):  # type: ignore[no-untyped-def]
-    """Return whether v and ring[first:last] lie in a ball round v that is certainly inside.
-
-    Nearly all stars do. Also returns whether a distance was asked for, where what is known is from too far.
-    """
-    x = points[v, 0]
-    y = points[v, 1]
-    z = points[v, 2]
-    longest = 0.0
-    for r in range(first, last):
-        k = ring[r]
-        dx = points[k, 0] - x
-        dy = points[k, 1] - y
-        dz = points[k, 2] - z
-        longest = max(longest, dx * dx + dy * dy + dz * dz)
-    most = guard.tolerance - np.sqrt(longest)
-    if guard.limit[v] - guard.slack[v] <= most:
-        return True, False
-    # The slack has been worn off by ways there and back.
-    bound = bound_at(guard, v, x, y, z)
-    asked = bound > most and 2.0 * guard.known[v, 3] - bound <= most
-    if asked:
-        bound = distance_at(guard, v, x, y, z, bound, stack)
-        learn(guard, v, x, y, z, bound)
-    if bound <= most:
-        guard.slack[v] = guard.limit[v] - bound
-    return bound <= most, asked
+def _left(guard, points, v):  # type: ignore[no-untyped-def]
+    """Return how far v may go until it is lost; less than nothing if it is."""
+    square = 0.0
+    for axis in range(3):
+        square += (points[v, axis] - guard.separation.anchor[v, axis]) ** 2
+    return guard.separation.reach[v] - np.sqrt(square)
 
 
 @device
-def may_cross(guard, points, i, j, ring, offsets, room):  # type: ignore[no-untyped-def]
-    """Look for triangles round the vertices i and j that may cross the surface; -1 stands for no vertex.
+def _near_distance(guard, points, v):  # type: ignore[no-untyped-def]
+    """Return the signed distance of v, where it is now, by the faces near; infinity if that is in doubt."""
+    kept = guard.separation
+    left = _left(guard, points, v)
+    fewest = -1
+    for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
+        row = kept.row[kept.corners[c] // 3]
+        if row >= 0 and (
+            fewest < 0 or kept.last[row] - kept.first[row] < kept.last[fewest] - kept.first[fewest]
+        ):
+            fewest = row
+    if fewest < 0 or not left > 0.0:
+        return np.inf
+    # All that is so near is near to each of them.
+    return signed_distance_to(
+        guard.tree, guard.normals, kept.faces, kept.first[fewest], kept.last[fewest],
+        points[v, 0], points[v, 1], points[v, 2], left,
+    )  # fmt: skip
 
-    None does where the stars lie in balls that are inside, where no face comes near, and where all points of
-    the stars are behind the planes of the faces that do. Returns 0 then, otherwise how many faces are near,
-    in `room`, or -1 for too many; and how many distances were asked for.
-    """
-    stack, found, box = room
+
+@device
+def _stay(guard, points, i, j, stack):  # type: ignore[no-untyped-def]
+    """Return whether i and j, where they are now, are as far inside as they must be; and the queries."""
     asked = 0
-    no_box(box)
-    near_i = False
-    near_j = False
     for end in range(2):
         v = i if end == 0 else j
         if v < 0:
             continue
-        inside, query = star_inside(guard, points, v, ring, offsets[v], offsets[v + 1], stack)
-        asked += query
-        if inside:
-            continue
-        near_i = near_i or end == 0
-        near_j = near_j or end == 1
-        widen(box, points, v)
-        for r in range(offsets[v], offsets[v + 1]):
-            widen(box, points, ring[r])
-    if not (near_i or near_j):
-        return 0, asked
-    stack[0] = 0
-    count, more = faces_near(guard.tree, box, guard.tolerance, stack, 1, found)
-    if more > 0:
-        return -1, asked
-    if turned_against(guard.normals, found, count):
-        return count, asked
-    for end in range(2):
-        v = i if end == 0 else j
-        if (near_i if end == 0 else near_j) and not behind_planes(
-            guard.tree, guard.normals, found, count, guard.tolerance,
-            points, v, ring, offsets[v], offsets[v + 1],
-        ):  # fmt: skip
-            return count, asked
-    return 0, asked
+        x = points[v, 0]
+        y = points[v, 1]
+        z = points[v, 2]
+        bound = bound_at(guard, v, x, y, z)
+        if bound > guard.limit[v]:
+            distance = _near_distance(guard, points, v)
+            if distance == np.inf:
+                asked += 1
+                distance = distance_at(guard, v, x, y, z, bound, stack)
+            if not distance <= guard.limit[v]:
+                return False, asked
+            learn(guard, v, x, y, z, distance)
+    return True, asked
 
 
 @device
-def triangle_crosses(guard, points, p, q, r, count, room):  # type: ignore[no-untyped-def]
-    """Return whether the triangle (p, q, r) crosses one of `count` faces in `room`; of all, if that is -1.
-
-    Triangles that are certainly inside are not tested.
-    """
+def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-def]
+    """Return whether the triangle (p, q, r) crosses, by the tree; not for those that are certainly inside."""
     highest = -np.inf
     longest = 0.0
     for side in range(3):
@@ -189,24 +172,150 @@ def triangle_crosses(guard, points, p, q, r, count, room):  # type: ignore[no-un
     # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3).
     if highest + np.sqrt(longest / 3.0) <= guard.tolerance:
         return False
-    if count < 0:
-        return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
-    return crosses_found(points, p, q, r, guard.tree, guard.normals, guard.tolerance, room[1], count)
+    return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
+
+
+@allocating
+def pending(guard):  # type: ignore[no-untyped-def]
+    """Return the room for triangles whose planes will be others: which, how many planes, and these."""
+    most = 2 * guard.separation.widest
+    return np.empty(most, np.int32), np.empty(most, np.int32), np.empty((most, PLANES, 6))
 
 
 @device
-def star_crosses(guard, points, v, ring, first, last, count, room):  # type: ignore[no-untyped-def]
-    """Return whether a triangle of v and two successive ones of ring[first:last], cyclic, crosses.
+def stars_may_go(guard, points, i, j, room, new):  # type: ignore[no-untyped-def]
+    """Return whether vertices i and j may be where they are now in `points`; -1 stands for no vertex.
 
-    `count` and `room` as :func:`may_cross` has left them.
+    They may if they are inside and no triangle round them crosses. `room` is
+    :func:`~vtksmooth.kernels.crossings.scratch`. Returns too how many triangles were put into `new`
+    (:func:`pending`), those whose planes are others now or that have none, and how many distances were asked
+    for; :func:`settle` makes that known, if the vertices go.
     """
-    k = ring[last - 1]
-    for r in range(first, last):
-        before = k
-        k = ring[r]
-        if triangle_crosses(guard, points, v, before, k, count, room):
-            return True
-    return False
+    kept = guard.separation
+    asked = 0
+    count = 0
+    looked = False
+    lost_i = i >= 0 and _left(guard, points, i) < 0.0
+    lost_j = j >= 0 and _left(guard, points, j) < 0.0
+    for end in range(2):
+        v = i if end == 0 else j
+        if v < 0:
+            continue
+        for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
+            t = kept.corners[c] // 3
+            p = kept.triangles[t, 0]
+            q = kept.triangles[t, 1]
+            r = kept.triangles[t, 2]
+            if end == 1 and (p == i or q == i or r == i):
+                continue
+            row = kept.row[t]
+            lost = row == CROWDED
+            for corner in range(3):
+                k = kept.triangles[t, corner]
+                lost = lost or (lost_i if k == i else (lost_j if k == j else kept.lost[k] != 0))
+            if not lost:
+                if row == FREE:
+                    continue
+                highest = np.inf if kept.held[row] == 0 else -np.inf
+                for s in range(kept.held[row]):
+                    for corner in range(3):
+                        k = kept.triangles[t, corner]
+                        if k == i or k == j:  # noqa: SIM109 (they may differ in type)
+                            highest = max(highest, above(kept.planes[row, s], points, k))
+                if highest <= BEFORE * LIFT * guard.tolerance:
+                    continue
+            planes = 0
+            if not lost:
+                first = kept.first[row]
+                last = kept.last[row]
+                planes = separate(
+                    points, p, q, r, guard.tree, guard.normals, kept.faces, first, last, guard.tolerance,
+                    new[2][count],
+                )  # fmt: skip
+            if planes == 0:
+                if not looked:
+                    # What is refused most often.
+                    looked = True
+                    good, asked = _stay(guard, points, i, j, room[0])
+                    if not good:
+                        return False, count, asked
+                if lost:
+                    good = not triangle_crosses(guard, points, p, q, r, room)
+                else:
+                    good = not crosses_found(
+                        points, p, q, r, guard.tree, guard.normals, guard.tolerance,
+                        kept.faces[first:last], last - first,
+                    )  # fmt: skip
+                if not good:
+                    return False, count, asked
+            new[0][count] = t
+            new[1][count] = planes
+            count += 1
+    if not looked and not (
+        guard.closed
+        and (i < 0 or guard.limit[i] <= guard.tolerance)
+        and (j < 0 or guard.limit[j] <= guard.tolerance)
+    ):
+        good, asked = _stay(guard, points, i, j, room[0])
+        return good, count, asked
+    return True, count, asked
+
+
+@device
+def settle(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
+    """Keep what :func:`stars_may_go` has found, now that i and j go; but not how far vertices may go.
+
+    What it writes belongs to triangles round i and j: others may do the same for theirs at the same time.
+    """
+    kept = guard.separation
+    for end in range(2):
+        v = i if end == 0 else j
+        if v >= 0:
+            kept.lost[v] = _left(guard, points, v) < 0.0
+    for c in range(count):
+        row = kept.row[new[0][c]]
+        if row >= 0:
+            kept.held[row] = new[1][c]
+            for s in range(new[1][c]):
+                for entry in range(6):
+                    kept.planes[row, s, entry] = new[2][c, s, entry]
+
+
+@device
+def spread(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
+    """Find how far i, j and the other corners of the triangles in `new` may go, after :func:`settle`."""
+    kept = guard.separation
+    for c in range(count):
+        t = new[0][c]
+        for corner in range(3):
+            k = kept.triangles[t, corner]
+            if k == i or k == j:  # noqa: SIM109 (they may differ in type)
+                continue
+            highest = 0.0 if new[1][c] == 0 else -np.inf
+            for s in range(new[1][c]):
+                highest = max(highest, above(new[2][c, s], points, k))
+            guard.slack[k] = min(guard.slack[k], max(0.0, -highest))
+    for end in range(2):
+        v = i if end == 0 else j
+        if v < 0:
+            continue
+        free = _left(guard, points, v)
+        if not (guard.closed and guard.limit[v] <= guard.tolerance):
+            free = min(free, guard.limit[v] - bound_at(guard, v, points[v, 0], points[v, 1], points[v, 2]))
+        for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
+            t = kept.corners[c] // 3
+            row = kept.row[t]
+            if row == FREE:
+                for corner in range(3):
+                    if kept.lost[kept.triangles[t, corner]]:
+                        free = 0.0
+                continue
+            if row == CROWDED or kept.held[row] == 0:
+                free = 0.0
+                continue
+            for s in range(kept.held[row]):
+                free = min(free, -above(kept.planes[row, s], points, v))
+        guard.slack[v] = max(0.0, free)
 
 
 def guard_of(
@@ -216,13 +325,14 @@ def guard_of(
     tolerance: float = 0.0,
     *,
     active: bool = True,
-    exact: bool = False,
+    separation: Separation | None = None,
 ) -> Guard:
-    """Return the guard of a space."""
+    """Return the guard of a space; of triangles too, if there is a `separation` to begin with."""
     places, limits = np.asarray(known, np.float64), np.asarray(limit, np.float64)
+    exact = separation is not None
     return Guard(
         space.tree, space.normals, places, limits, np.maximum(0.0, limits - places[:, 3]),
-        float(tolerance), active, exact,
+        float(tolerance), active, exact, exact and space.closed, separation or no_triangles(),
     )  # fmt: skip
 
 

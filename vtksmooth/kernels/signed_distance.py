@@ -6,12 +6,15 @@ this tree; it is tested against VTK's answers, signs included.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
-from . import parallel
-from .closest_point import ClosestPoint, query
+from . import adjacency, parallel
+from .closest_point import ClosestPoint, closest_of, query
 from .compiled import device, kernel
+from .measure import is_closed
 from .mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
@@ -31,6 +34,48 @@ def signed_distance(tree, normals, x, y, z, most, stack):  # type: ignore[no-unt
     cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
     if f < 0:  # rounding
         cx, cy, cz, square, f, s, t = query(tree, x, y, z, np.inf, -1.0, stack)
+    return _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t)
+
+
+@device
+def signed_distance_to(tree, normals, near, first, last, x, y, z, most):  # type: ignore[no-untyped-def]
+    """Signed distance to the faces ``near[first:last]``, or infinity if none is nearer than `most`."""
+    points = tree[0]
+    faces = tree[1]
+    best = most * most
+    cx = x
+    cy = y
+    cz = z
+    s = 0.0
+    t = 0.0
+    closest = -1
+    for k in range(first, last):
+        f = near[k]
+        o = faces[f, 0]
+        h = (
+            (x - points[o, 0]) * normals[f, 0]
+            + (y - points[o, 1]) * normals[f, 1]
+            + (z - points[o, 2]) * normals[f, 2]
+        )
+        if 0.999 * h * h > best:
+            continue
+        px, py, pz, ps, pt = closest_of(points, o, faces[f, 1], faces[f, 2], x, y, z)
+        square = (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2
+        if square < best:
+            best = square
+            cx = px
+            cy = py
+            cz = pz
+            s = ps
+            t = pt
+            closest = f
+    if closest < 0:
+        return np.inf
+    return _with_sign(tree, normals, x, y, z, cx, cy, cz, best, closest, s, t)
+
+
+@device
+def _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t):  # type: ignore[no-untyped-def]
     faces = tree[1]
     row = f
     if s == 0.0 and t == 0.0:
@@ -103,6 +148,11 @@ class SignedDistanceTree:
         self.surface = ClosestPoint(mesh)
         self.tree = self.surface.tree
         self.normals = _pseudonormals(self.tree[0], self.tree[1])
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether the surface bounds a volume."""
+        return is_closed(adjacency.build(Mesh.from_faces(self.tree[0], self.tree[1])))
 
     def __call__(self, points: npt.ArrayLike) -> Float64:
         """Return the signed distances (q,) of `points` (q, 3), model units."""

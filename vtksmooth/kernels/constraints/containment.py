@@ -7,17 +7,18 @@ import numpy as np
 from ...errors import InvalidMeshError
 from .. import parallel
 from ..compiled import kernel
-from ..crossings import scratch
-from ..guard import guard_of, may_cross, may_go, triangle_crosses
+from ..crossings import LIFT, scratch
+from ..guard import guard_of, may_go, pending, settle, stars_may_go
+from ..separation import BEFORE, nothing_known, refreshed
 from ..signed_distance import SignedDistanceTree
 from ..state import State
 from . import Constraint, Float64, Int64
 
 
 @kernel
-def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: ignore[no-untyped-def]
+def _stay_inside(starts, ends, points, pinned, guard, proposed):  # type: ignore[no-untyped-def]
     room = scratch()
-    stack = room[0]
+    new = pending(guard)
     checked = 0
     asked = 0
     for part in range(starts.size):
@@ -28,25 +29,27 @@ def _stay_inside(starts, ends, points, near, pinned, guard, proposed):  # type: 
             if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             checked += 1
-            slack = guard.slack[v]
-            step = np.sqrt((proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2)
-            answer = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, stack)
-            asked += answer < 2
-            good = answer > 0
-            if good and guard.exact:
+            if guard.exact:
                 # Neighbours stand still: the vertex may be tried out where it wants to go.
                 points[v] = proposed[v]
-                count, queries = may_cross(guard, points, v, -1, near.ring, near.ring_offsets, room)
+                good, count, queries = stars_may_go(guard, points, v, -1, room, new)
                 asked += queries
-                for i in range(near.corner_offsets[v], near.corner_offsets[v + 1] if count != 0 else 0):
-                    a = 3 * near.corner_face[near.corners[i]]
-                    p, q, r = near.connectivity[a], near.connectivity[a + 1], near.connectivity[a + 2]
-                    good = good and not triangle_crosses(guard, points, p, q, r, count, room)
+                if good:
+                    settle(guard, points, v, -1, new, count)
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z
+            else:
+                slack = guard.slack[v]
+                step = np.sqrt(
+                    (proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2
+                )
+                answer = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0])
+                asked += answer < 2
+                good = answer > 0
+                if not good:
+                    guard.slack[v] = slack
             if not good:
-                guard.slack[v] = slack
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
@@ -93,12 +96,27 @@ class Containment(Constraint):
         used = np.diff(state.near.corner_offsets) > 0
         distance = np.zeros(len(state.points))
         distance[used] = self.space(state.points[used])
+        near, separation, limit = state.near, None, self.tolerance
+        if self.exact:
+            # As far as separating planes allow: between that and the tolerance every triangle needs a test.
+            limit *= BEFORE * LIFT
+            triangles = state.topology.connectivity.reshape(-1, 3)
+            separation = nothing_known(triangles, near.corner_offsets, near.corners)
         self.guard = guard_of(
-            self.space, np.column_stack((state.points, distance)), np.maximum(self.tolerance, distance),
-            self.tolerance, exact=self.exact,
+            self.space, np.column_stack((state.points, distance)), np.maximum(limit, distance),
+            self.tolerance, separation=separation,
         )  # fmt: skip
         self.outside = int(np.count_nonzero(distance > self.tolerance))
         self.checked = self.asked = 0
+
+    def prepare(self, state: State) -> None:
+        if self.exact:
+            guard = self.guard
+            separation = refreshed(
+                guard.separation, state.points, state.near, state.pinned, guard.known, guard.slack,
+                self.space, self.tolerance,
+            )  # fmt: skip
+            self.guard = guard._replace(separation=separation)
 
     def count(self, checked: int, asked: int) -> None:
         """Add what kernels have checked and asked."""
@@ -108,7 +126,7 @@ class Containment(Constraint):
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         results = parallel.run(
             _stay_inside, starts, ends,
-            state.points, state.near, state.pinned, self.guard, proposed, smallest_share=2000,
+            state.points, state.pinned, self.guard, proposed, smallest_share=2000,
         )  # fmt: skip
         for checked, asked in results:
             self.count(checked, asked)

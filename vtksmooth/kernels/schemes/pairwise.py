@@ -11,9 +11,9 @@ import numpy.typing as npt
 from ...errors import InvalidMeshError
 from .. import adjacency, parallel
 from ..adjacency import Adjacency
-from ..compiled import device, kernel
+from ..compiled import device, kernel, routine
 from ..crossings import scratch
-from ..guard import Guard, may_cross, may_go, star_crosses
+from ..guard import Guard, may_go, pending, settle, spread, stars_may_go
 from ..laplacian import Weights
 from ..state import State
 from . import EdgeScheme, Float64, Operations
@@ -301,6 +301,13 @@ def _energy_change(cii, cjj, cij, f, d):  # type: ignore[no-untyped-def]
 
 
 @device
+def _move(v, end, rows, d):  # type: ignore[no-untyped-def]
+    if rows[v, 6] > 0.0:
+        for axis in range(3):
+            rows[v, axis] += d[end, axis]
+
+
+@routine
 def _may_both_go(guard, i, j, rows, d, step_i, step_j, stack):  # type: ignore[no-untyped-def]
     # Whether both ends may take their steps, and how many distances that took.
     good = True
@@ -317,11 +324,24 @@ def _may_both_go(guard, i, j, rows, d, step_i, step_j, stack):  # type: ignore[n
     return good, asked
 
 
-@device
-def _move(v, end, rows, d):  # type: ignore[no-untyped-def]
-    if rows[v, 6] > 0.0:
-        for axis in range(3):
-            rows[v, axis] += d[end, axis]
+@routine
+def _stars_may_go(guard, i, j, rows, d, old, room, new):  # type: ignore[no-untyped-def]
+    # Whether the triangles round both ends, too, may be where the steps take them; that is tried out.
+    for axis in range(3):
+        old[0, axis] = rows[i, axis]
+        old[1, axis] = rows[j, axis]
+    _move(i, 0, rows, d)
+    _move(j, 1, rows, d)
+    first = i if rows[i, 6] > 0.0 else -1
+    second = j if rows[j, 6] > 0.0 else -1
+    good, count, asked = stars_may_go(guard, rows, first, second, room, new)
+    if good:
+        settle(guard, rows, first, second, new, count)
+        spread(guard, rows, first, second, new, count)
+    for axis in range(3):
+        rows[i, axis] = old[0, axis]
+        rows[j, axis] = old[1, axis]
+    return good, asked
 
 
 @device
@@ -350,6 +370,7 @@ def _sweep(  # type: ignore[no-untyped-def]
     checked = 0
     asked = 0
     room = scratch()
+    new = pending(guard)
     old = np.empty((2, 3))
     d = np.empty((2, 3))
     g = np.empty((2, 3))
@@ -379,7 +400,6 @@ def _sweep(  # type: ignore[no-untyped-def]
             # there is none of reasonable size. Then the energy would grow.
             if not _energy_change(cii, cjj, cij, f, d) < 0.0:
                 continue
-            good = True
             if guard.active:
                 slack_i = guard.slack[i]
                 slack_j = guard.slack[j]
@@ -390,33 +410,20 @@ def _sweep(  # type: ignore[no-untyped-def]
                 if step_i <= slack_i and step_j <= slack_j:
                     guard.slack[i] -= step_i
                     guard.slack[j] -= step_j
-                else:
+                elif not guard.exact:
                     good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, room[0])
                     asked += queries
-            if good:
-                for axis in range(3):
-                    old[0, axis] = rows[i, axis]
-                    old[1, axis] = rows[j, axis]
-                _move(i, 0, rows, d)
-                _move(j, 1, rows, d)
-                if guard.exact:
-                    count, queries = may_cross(
-                        guard, rows, i if si > 0.0 else -1, j if sj > 0.0 else -1, ring, offsets, room
-                    )
+                    if not good:
+                        guard.slack[i] = slack_i
+                        guard.slack[j] = slack_j
+                        continue
+                else:
+                    good, queries = _stars_may_go(guard, i, j, rows, d, old, room, new)
                     asked += queries
-                    for end in range(2 if count != 0 else 0):
-                        v = edges[e, end]
-                        if good and rows[v, 6] > 0.0:
-                            good = not star_crosses(
-                                guard, rows, v, ring, offsets[v], offsets[v + 1], count, room
-                            )
-                    for axis in range(0 if good else 3):
-                        rows[i, axis] = old[0, axis]
-                        rows[j, axis] = old[1, axis]
-            if not good:
-                guard.slack[i] = slack_i
-                guard.slack[j] = slack_j
-                continue
+                    if not good:
+                        continue
+            _move(i, 0, rows, d)
+            _move(j, 1, rows, d)
             moved += 1
             _update_laplacians(i, 0, rows, offsets[i], offsets[i + 1], ring, reverse, d)
             _update_laplacians(j, 1, rows, offsets[j], offsets[j + 1], ring, reverse, d)
