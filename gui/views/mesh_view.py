@@ -21,7 +21,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from ..model.field import Field
-from ..model.state import shares_geometry
+from ..model.state import State, shares_geometry
 from .canvas import Canvas
 from .scale import BEYOND, UNKNOWN, Scale
 from .theme import Theme
@@ -67,19 +67,14 @@ class _Surface:
         look.SetSpecular(0.05)
         look.SetAmbient(0.3)
         look.SetDiffuse(0.75)
-        self.mesh: Any = None
+        self.mesh: vtkPolyData | None = None
 
-    def show(self, mesh: Any) -> None:
-        """Show another mesh; None shows nothing."""
-        if mesh is self.mesh:
-            return
+    def show(self, mesh: vtkPolyData | None) -> None:
+        """Show another mesh, without data arrays; None shows nothing."""
         known, self.mesh = self.mesh, mesh
-        if mesh is not None and known is not None and shares_geometry(mesh, known):
-            return  # only its data are others, and those are not drawn
-        self.data = vtkPolyData()
-        if mesh is not None:
-            # Without the data arrays: of those only the overlay's values are drawn.
-            self.data.CopyStructure(mesh)
+        if mesh is known or (mesh is not None and known is not None and shares_geometry(mesh, known)):
+            return
+        self.data = vtkPolyData() if mesh is None else mesh
         self.mapper.SetInputData(self.data)
         self.mapper.ScalarVisibilityOff()
 
@@ -175,10 +170,10 @@ class MeshView(QWidget):
 
     # -- what is shown -----------------------------------------------------------------------------
 
-    def show_meshes(self, after: Any, before: Any) -> None:
+    def show_meshes(self, after: State | None, before: State | None) -> None:
         """Show a mesh, and the one that it is compared with."""
-        self._surfaces["after"].show(after)
-        self._surfaces["before"].show(before)
+        for side, state in (("after", after), ("before", before)):
+            self._surfaces[side].show(state.scene if state is not None else None)
         self.render_soon()
 
     def colour(self, side: str, field: Field | None, scale: Scale | None) -> None:
@@ -187,21 +182,21 @@ class MeshView(QWidget):
         self._surfaces[side].colour(field, table)
         self.render_soon()
 
-    def show_context(self, meshes: dict[Any, tuple[Any, tuple[float, float, float], float]]) -> None:
+    def show_context(self, meshes: dict[Any, tuple[State, tuple[float, float, float], float]]) -> None:
         """Show further meshes by key, each with its colour and opacity."""
         for key in [*self._context]:
             if key not in meshes:
                 surface = self._context.pop(key)
                 for renderer in self._renderers:
                     renderer.RemoveActor(surface.actor)
-        for key, (mesh, colour, opacity) in meshes.items():
+        for key, (state, colour, opacity) in meshes.items():
             if key not in self._context:
                 self._context[key] = _Surface()
                 self._context[key].actor.PickableOff()
                 for renderer in self._renderers:
                     renderer.AddActor(self._context[key].actor)
             surface = self._context[key]
-            surface.show(mesh)
+            surface.show(state.scene)
             look = surface.actor.GetProperty()
             look.SetColor(*colour)
             look.SetOpacity(opacity)
