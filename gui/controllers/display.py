@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -235,7 +234,7 @@ class Display(QObject):
             window.colour_bar.show_scale(None, "", None)
             window.histogram.show_fields(None, None, "", (0.0, 1.0), ())
             window.worst.show_field(None, "value")
-            window.view.mark("bad", None)
+            self.bad_faces()
             window.view.mark("lines", None)
         else:
             window.worst.show_field(after, one.title)
@@ -245,6 +244,12 @@ class Display(QObject):
                 window.histogram.set_brush(self._brush_when_shown)
                 self._brush_when_shown = None
         self.shown.emit()
+
+    @property
+    def _drawn(self) -> tuple[Field | None, Field | None]:
+        """The values of the mesh and of the one before, which may be the same."""
+        subject, (after, before) = self.subject, self.fields
+        return after, after if subject is not None and subject.before is subject.state else before
 
     def thresholds(self) -> tuple[float, float, float]:
         """Return good, warning and bad of the overlay that is shown."""
@@ -265,20 +270,19 @@ class Display(QObject):
 
     def _colour(self, dragging: bool = False) -> None:
         """Colour by the values that are there."""
-        window, one, subject = self._window, self.overlay, self.subject
-        after, before = self.fields
+        window, one = self._window, self.overlay
+        after, before = self._drawn
         if one is None or after is None:
             return
         thresholds = self.thresholds()
         colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
         window.view.colour("after", after, colours)
-        unchanged = subject is not None and subject.before is subject.state
-        window.view.colour("before", after if unchanged else before, colours)
+        window.view.colour("before", before, colours)
         heading = labelled(one.title, one.unit_of(self._document.unit))
         window.colour_bar.show_scale(colours, heading, thresholds)
         span = (colours.low, colours.high)
         lines = () if colours.classes else thresholds
-        window.histogram.show_fields(before, after, heading, span, lines, one is OVERLAYS[0])
+        window.histogram.show_fields(self.fields[1], after, heading, span, lines, one is OVERLAYS[0])
         if not dragging:
             self.bad_faces()
 
@@ -401,18 +405,29 @@ class Display(QObject):
         self._window.view.set_edges(self._window.action("edges").isChecked())
 
     def bad_faces(self) -> None:
-        """Outline faces beyond the bad threshold, or not."""
-        subject, field, one = self.subject, self.fields[0], self.overlay
+        """Outline faces beyond the bad threshold, of the mesh and of the one before, or not."""
+        subject, one = self.subject, self.overlay
         on = self._window.action("bad_faces").isChecked()
         self._jobs.cancel("bad faces")
-        if not on or subject is None or field is None or one is None or one.kind == "classes":
-            self._window.view.mark("bad", None)
+        if not on or subject is None or one is None or one.kind == "classes" or self.fields[0] is None:
+            self._outline((None, None))
             return
-        state, bad = subject.state, self.thresholds()[2]
-        job = self._jobs.start(
-            "bad faces", lambda context: ready(faces_as_mesh(state, field.faces_beyond(bad)))
-        )
-        job.done.connect(partial(self._window.view.mark, "bad"))
+        bad, states = self.thresholds()[2], (subject.state, subject.before)
+        todo = list(zip(states, self._drawn, strict=True))
+
+        def work(context: Context) -> Any:
+            return [
+                None if state is None or field is None
+                else ready(faces_as_mesh(state, field.faces_beyond(bad)))
+                for state, field in todo
+            ]  # fmt: skip
+
+        self._jobs.start("bad faces", work).done.connect(self._outline)
+
+    @Slot(object)
+    def _outline(self, meshes: Any) -> None:
+        for name, mesh in zip(("bad", "bad before"), meshes, strict=True):
+            self._window.view.mark(name, mesh)
 
     def bands(self) -> None:
         """Four colours, or a scale."""
@@ -435,6 +450,8 @@ class Display(QObject):
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.setPalette(theme.palette())
+        for name in ("QCheckBox", "QListWidget", "QTreeWidget"):
+            application.setPalette(theme.box_palette(), name)  # type: ignore[arg-type]
         self._window.set_theme(theme)
 
     def reset_thresholds(self) -> None:

@@ -34,6 +34,7 @@ _SURFACE = (0.78, 0.81, 0.85)
 #: What is drawn over the mesh: its colour, and the width of its lines, pixels of a usual screen.
 _MARKS = {
     "bad": (BEYOND, 2.0),
+    "bad before": (BEYOND, 2.0),
     "brush": ((214, 39, 140), 2.0),
     "worst": ((255, 0, 120), 4.0),
     "lines": ((20, 20, 20), 3.0),
@@ -263,9 +264,10 @@ class MeshView(QWidget):
     def _arrange(self) -> None:
         first, second = self._renderers
         before, after = self._surfaces["before"].actor, self._surfaces["after"].actor
-        marks = [surface.actor for surface in self._marks.values()]
+        marks = {name: surface.actor for name, surface in self._marks.items()}
+        bad_before = marks.pop("bad before")
         for renderer in (*self._renderers, self._top):
-            for actor in (before, after, *marks, self._line, *self._labels.values()):
+            for actor in (before, after, bad_before, *marks.values(), self._line, *self._labels.values()):
                 renderer.RemoveViewProp(actor)
         split, swipe = self.mode == SPLIT, self.mode == SWIPE
         first.SetViewport(0.0, 0.0, 0.5 if split else 1.0, 1.0)
@@ -274,18 +276,20 @@ class MeshView(QWidget):
         after_renderer = second if split else first
         if split or swipe or self.shows_before:
             first.AddActor(before)
+            first.AddActor(bad_before)
         if split or swipe or not self.shows_before:
             after_renderer.AddActor(after)
-            for name, surface in self._marks.items():
-                (self._top if name == "worst" else after_renderer).AddActor(surface.actor)
+            for name, actor in marks.items():
+                (self._top if name == "worst" else after_renderer).AddActor(actor)
         self._top.SetViewport(*after_renderer.GetViewport())
         for side, planes in self._planes.items():
             collection = vtkPlaneCollection()
             if swipe:
                 collection.AddItem(planes)
-            surfaces = [self._surfaces[side], *(self._marks.values() if side == "after" else ())]
-            for surface in surfaces:
-                surface.mapper.SetClippingPlanes(collection)
+            self._surfaces[side].mapper.SetClippingPlanes(collection)
+            for name, surface in self._marks.items():
+                if (name == "bad before") == (side == "before"):
+                    surface.mapper.SetClippingPlanes(collection)
         if swipe:
             first.AddViewProp(self._line)
         if split or swipe or self.shows_before:
@@ -314,7 +318,7 @@ class MeshView(QWidget):
         look.LightingOff()
         look.SetLineWidth(width * scale)
         look.SetPointSize((11.0 if name == "drawn" else 7.0) * scale)
-        if name in ("bad", "worst"):
+        if name in ("bad", "bad before", "worst"):
             look.SetRepresentationToWireframe()
         if name == "brush":
             # With edges of its own: slivers are thinner than a pixel.

@@ -718,3 +718,20 @@ def test_a_skin_in_its_installation_space(user):
     rows = {row.name: row.after for row in user.window.numbers.rows}
     assert rows["vertices outside the space"] == "0"
     assert rows["triangles crossing it"] == "0"
+
+
+def test_jobs_let_go_of_what_they_worked_on(user, ant):
+    """Otherwise every state would live as long as the window, whatever the history gives up."""
+    import gc
+    import weakref
+
+    user.application.files.open_paths([ant])
+    user.wait()
+    user.apply(LaplacianSmoothing, iterations=1)
+    gone = weakref.ref(user.document.active.state)
+    user.do("undo")
+    user.apply(LaplacianSmoothing, iterations=2)
+    user.do("overlay_displacement")
+    user.do("overlay_aspect_ratio")
+    gc.collect()
+    assert gone() is None

@@ -223,6 +223,6 @@ def edge_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
 
 
 def point_array_names(polydata: Any) -> list[str]:
-    """Return the names of the point arrays."""
+    """Return the names of the point arrays; empty where one has none."""
     data = polydata.GetPointData()
-    return [str(data.GetArrayName(i)) for i in range(data.GetNumberOfArrays())]
+    return [data.GetArrayName(i) or "" for i in range(data.GetNumberOfArrays())]
