@@ -45,7 +45,7 @@ _SWITCHES = (
 )
 _REGIONS = ("region_grow", "region_shrink", "region_invert", "region_soften", "region_clear")
 #: The beginning, in which caches fill, is no part of the line through the memory: a share of the time.
-_WARM_UP = 0.3
+_WARM_UP = 0.5
 #: After so many seconds everything is closed and opened anew, and the memory looked at.
 _ANEW = 6.0
 #: How much memory may grow in an hour of this, megabytes.

@@ -235,8 +235,10 @@ class MeshView(QWidget):
     def set_mode(self, mode: str) -> None:
         """Show one view, two, or a line between both meshes: SINGLE, SPLIT or SWIPE."""
         if (mode == SPLIT) != (self.mode == SPLIT):
-            # Half as wide: from farther away as much is seen.
-            factor = 0.72 if mode == SPLIT else 1 / 0.72
+            # Half as wide: from as much farther away as it takes to see as much.
+            width, height = self.width(), self.height()
+            factor = min(width / 2, height) / min(width, height)
+            factor = factor if mode == SPLIT else 1 / factor
             if self.camera.GetParallelProjection():
                 self.camera.SetParallelScale(self.camera.GetParallelScale() / factor)
             else:

@@ -340,9 +340,16 @@ def test_overlays_show_the_arrays_of_the_filters(user, ant):
 
 
 def test_feature_classes_come_with_their_lines(user, tmp_path):
+    from vtksmooth_gui.views.scale import CLASSES
+
     pv.Cube().triangulate().subdivide(3).clean().save(tmp_path / "cube.ply")
     user.drop(tmp_path / "cube.ply")
     user.do("overlay_feature_class")
+    surface = user.window.view._surfaces["after"]
+    values, mapper = surface.data.GetPointData().GetScalars(), surface.mapper
+    colours = vtk_to_numpy(mapper.GetLookupTable().MapScalars(values, mapper.GetColorMode(), -1))
+    assert {tuple(colour) for colour in colours[:, :3].tolist()} == {CLASSES[0], CLASSES[1], CLASSES[2]}
+    assert user.display.fields[0].of_faces[user.display.fields[0].worst[0]] == 2
     mesh, lines = FeatureDetection()(read_surface(tmp_path / "cube.ply")[0])
     expected = vtk_to_numpy(mesh.GetPointData().GetArray("FeatureClass"))
     assert np.array_equal(user.display.fields[0].values, expected)
