@@ -234,6 +234,7 @@ def contain(tour: Tour, folder: Path) -> None:
         tour.do("overlay_signed_distance", "frame")
         tour.turn(0, 0, 1.3)
         tour.picture("contained")
+    tour.do("close_layer", "close_layer")
 
 
 def measure(tour: Tour, folder: Path) -> None:

@@ -14,7 +14,7 @@ from ..model.field import Field
 from ..model.layer import Role
 from ..model.overlays import OVERLAYS, Overlay, Subject, Unavailable
 from ..model.selection import face_points, faces_as_mesh
-from ..model.state import State
+from ..model.state import State, ready
 from ..model.units import labelled
 from ..settings import Settings
 from ..views import scale
@@ -137,20 +137,20 @@ class Display(QObject):
         window.view.set_preview(self._preview is not None)
         visible = layer is not None and layer.visible
         before = document.before
-        window.view.show_meshes(
-            subject.state.mesh if subject and visible else None, before.mesh if before and visible else None
-        )
+        window.view.show_meshes(subject.state if subject and visible else None, before if visible else None)
         context = {}
         for other in document.layers:
             if other is layer or not other.visible or other.state is None:
                 continue
             colour, opacity = _CONTEXT[other.role] if other.state.n_faces else _LINES
-            context[other] = (other.state.mesh, colour, opacity)
+            context[other] = (other.state, colour, opacity)
         window.view.show_context(context)
         if subject is not None and not self._framed:
             window.view.look_from((1.0, -1.6, 0.9), (0, 0, 1))
         self._framed = subject is not None
-        if not window.histogram.locked:
+        if window.histogram.locked:
+            self._select()
+        else:
             window.histogram.set_brush(None)
         window.view.mark("worst", None)
         self._show_numbers()
@@ -158,12 +158,12 @@ class Display(QObject):
 
     def show_overlay(self, one: Overlay | None) -> None:
         """Show an overlay, or None: the plain mesh."""
-        self.overlay = one
         window = self._window
+        if not window.histogram.locked:
+            window.histogram.set_brush(None)  # of the values that are still shown
+        self.overlay = one
         window.action(overlay_id(one.id if one else "none")).setChecked(True)
         window.overlays.setCurrentIndex(window.overlays.findData(overlay_id(one.id if one else "none")))
-        if not window.histogram.locked:
-            window.histogram.set_brush(None)
         window.view.mark("worst", None)
         self._request()
 
@@ -234,7 +234,7 @@ class Display(QObject):
             window.colour_bar.show_scale(None, "", None)
             window.histogram.show_fields(None, None, "", (0.0, 1.0), ())
             window.worst.show_field(None, "value")
-            window.view.mark("bad", None)
+            self.bad_faces()
             window.view.mark("lines", None)
         else:
             window.worst.show_field(after, one.title)
@@ -244,6 +244,12 @@ class Display(QObject):
                 window.histogram.set_brush(self._brush_when_shown)
                 self._brush_when_shown = None
         self.shown.emit()
+
+    @property
+    def _drawn(self) -> tuple[Field | None, Field | None]:
+        """The values of the mesh and of the one before, which may be the same."""
+        subject, (after, before) = self.subject, self.fields
+        return after, after if subject is not None and subject.before is subject.state else before
 
     def thresholds(self) -> tuple[float, float, float]:
         """Return good, warning and bad of the overlay that is shown."""
@@ -264,20 +270,19 @@ class Display(QObject):
 
     def _colour(self, dragging: bool = False) -> None:
         """Colour by the values that are there."""
-        window, one, subject = self._window, self.overlay, self.subject
-        after, before = self.fields
+        window, one = self._window, self.overlay
+        after, before = self._drawn
         if one is None or after is None:
             return
         thresholds = self.thresholds()
         colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
         window.view.colour("after", after, colours)
-        unchanged = subject is not None and subject.before is subject.state
-        window.view.colour("before", after if unchanged else before, colours)
+        window.view.colour("before", before, colours)
         heading = labelled(one.title, one.unit_of(self._document.unit))
         window.colour_bar.show_scale(colours, heading, thresholds)
         span = (colours.low, colours.high)
         lines = () if colours.classes else thresholds
-        window.histogram.show_fields(before, after, heading, span, lines, one is OVERLAYS[0])
+        window.histogram.show_fields(self.fields[1], after, heading, span, lines, one is OVERLAYS[0])
         if not dragging:
             self.bad_faces()
 
@@ -400,13 +405,29 @@ class Display(QObject):
         self._window.view.set_edges(self._window.action("edges").isChecked())
 
     def bad_faces(self) -> None:
-        """Outline faces beyond the bad threshold, or not."""
-        subject, field, one = self.subject, self.fields[0], self.overlay
+        """Outline faces beyond the bad threshold, of the mesh and of the one before, or not."""
+        subject, one = self.subject, self.overlay
         on = self._window.action("bad_faces").isChecked()
-        if not on or subject is None or field is None or one is None or one.kind == "classes":
-            self._window.view.mark("bad", None)
+        self._jobs.cancel("bad faces")
+        if not on or subject is None or one is None or one.kind == "classes" or self.fields[0] is None:
+            self._outline((None, None))
             return
-        self._window.view.mark("bad", faces_as_mesh(subject.state, field.faces_beyond(self.thresholds()[2])))
+        bad, states = self.thresholds()[2], (subject.state, subject.before)
+        todo = list(zip(states, self._drawn, strict=True))
+
+        def work(context: Context) -> Any:
+            return [
+                None if state is None or field is None
+                else ready(faces_as_mesh(state, field.faces_beyond(bad)))
+                for state, field in todo
+            ]  # fmt: skip
+
+        self._jobs.start("bad faces", work).done.connect(self._outline)
+
+    @Slot(object)
+    def _outline(self, meshes: Any) -> None:
+        for name, mesh in zip(("bad", "bad before"), meshes, strict=True):
+            self._window.view.mark(name, mesh)
 
     def bands(self) -> None:
         """Four colours, or a scale."""
@@ -429,6 +450,8 @@ class Display(QObject):
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.setPalette(theme.palette())
+        for name in ("QCheckBox", "QListWidget", "QTreeWidget"):
+            application.setPalette(theme.box_palette(), name)  # type: ignore[arg-type]
         self._window.set_theme(theme)
 
     def reset_thresholds(self) -> None:
@@ -458,24 +481,34 @@ class Display(QObject):
 
     def _select(self) -> None:
         subject, field = self.subject, self.fields[0]
-        if self._brush is None or subject is None or field is None:
+        kept = self.selected if self._window.histogram.locked else None
+        self._jobs.cancel("brush")
+        if self._brush is None or subject is None or (field is None and kept is None):
             self.selected = None
             self._window.view.mark("brush", None)
             return
         low, high = self._brush
-        if self._window.histogram.locked and self.selected is not None:
-            faces = self.selected[self.selected < subject.state.n_faces]
-        else:
-            # The outermost bins hold what lies beyond the scale as well.
-            edges = self._window.histogram.edges()
-            low = -np.inf if low <= edges[0] else low
-            high = np.inf if high >= edges[-1] else high
-            faces = field.faces_between(low, high)
-        self.selected = faces
-        self._window.view.mark("brush", faces_as_mesh(subject.state, faces))
-        self._window.statusBar().showMessage(
-            f"{len(faces):,} of {subject.state.n_faces:,} faces selected", 5000
-        )
+        # The outermost bins hold what lies beyond the scale as well.
+        edges = self._window.histogram.edges()
+        low = -np.inf if low <= edges[0] else low
+        high = np.inf if high >= edges[-1] else high
+        state = subject.state
+
+        def work(context: Context) -> Any:
+            if kept is None:
+                assert field is not None
+                faces = field.faces_between(low, high)
+            else:
+                faces = kept[kept < state.n_faces]
+            return faces, ready(faces_as_mesh(state, faces)), state.n_faces
+
+        self._jobs.start("brush", work).done.connect(self._selected)
+
+    @Slot(object)
+    def _selected(self, result: Any) -> None:
+        self.selected, mesh, count = result
+        self._window.view.mark("brush", mesh)
+        self._window.statusBar().showMessage(f"{len(result[0]):,} of {count:,} faces selected", 5000)
 
     def lock_brush(self) -> None:
         """Keep the faces selected, whatever is shown."""

@@ -117,6 +117,11 @@ class Files(QObject):
             self._window.notification.say(" ".join(wrong), "error")
         elif said:
             self._window.notification.say(" ".join(said))
+        elif len(self._document.layers) > 1:
+            self._window.notification.say(
+                "Several layers are open. What each is for (mesh, reference, installation space) is chosen "
+                "in the list of layers."
+            )
         self.opened.emit()
 
     def _list_recent(self) -> None:

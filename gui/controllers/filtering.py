@@ -9,6 +9,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
 from vtksmooth.filters import Filter
+from vtksmooth.filters.arrays import point_array_names
 from vtksmooth.pages.page import said
 
 from ..model import numbers
@@ -225,8 +226,7 @@ class Filtering(QObject):
             others.sort(key=lambda other: other is not space)
             targets = [(other.name, other) for other in others]
             targets.insert(0 if space is None else 1, (f"{layer.name} as opened", layer.opened))
-            data = layer.state.mesh.GetPointData()
-            names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+            names = [name for name in point_array_names(layer.state.mesh) if name]
         self._panel.set_targets(targets, names)
         previewed = self._previewing.states[0] if self._previewing is not None else None
         if previewed is not None and (layer is None or layer.state is not previewed):

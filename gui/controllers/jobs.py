@@ -10,9 +10,10 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
 
 from vtksmooth.errors import Cancelled
 from vtksmooth.kernels.compiled import on_compile
@@ -143,22 +144,18 @@ class Job(QObject):
         self.ended.emit(self)
 
 
-class _Runnable(QRunnable):
-    def __init__(self, job: Job) -> None:
-        super().__init__()
-        self.job = job
-
-    def run(self) -> None:
-        job, result, error = self.job, None, None
-        try:
-            job.context.check()
-            with on_compile(lambda name: job._told.emit(0.0, f"compiling {name}, once per installation")):
-                result = job.work(job.context)
-        except BaseException as raised:  # whatever happens in a worker is told in the window
-            error = raised
-        job.stopped_at = time.perf_counter()
-        with contextlib.suppress(RuntimeError):  # the application is gone
-            job._ended.emit(result, error)
+def _run(job: Job) -> None:
+    """Do the work of a job, in a thread of the pool."""
+    result = error = None
+    try:
+        job.context.check()
+        with on_compile(lambda name: job._told.emit(0.0, f"compiling {name}, once per installation")):
+            result = job.work(job.context)
+    except BaseException as raised:  # whatever happens in a worker is told in the window
+        error = raised
+    job.stopped_at = time.perf_counter()
+    with contextlib.suppress(RuntimeError):  # the application is gone
+        job._ended.emit(result, error)
 
 
 class Jobs(QObject):
@@ -187,7 +184,7 @@ class Jobs(QObject):
         job.ended.connect(self._release)
         # A job lives until its thread has ended, wanted or not.
         self._kept.add(job)
-        self._pool.start(_Runnable(job))
+        self._pool.start(partial(_run, job))  # of a QRunnable the pool would keep the Python side for good
         self.changed.emit()
         return job
 
@@ -196,7 +193,7 @@ class Jobs(QObject):
         return lane in self._lanes and not self._lanes[lane].over
 
     def job(self, lane: str) -> Job | None:
-        """Return the job that was started last in `lane` and not cancelled."""
+        """Return the job of `lane`, until its thread has ended or it is cancelled."""
         return self._lanes.get(lane)
 
     def move(self, lane: str, other: str) -> Job | None:
@@ -234,3 +231,5 @@ class Jobs(QObject):
     @Slot(object)
     def _release(self, job: Job) -> None:
         self._kept.discard(job)
+        # What it worked on is in its hands: nothing may hold it.
+        self._lanes = {lane: other for lane, other in self._lanes.items() if other is not job}

@@ -117,7 +117,7 @@ class Recipes(QObject):
     @Slot()
     def _offer(self) -> None:
         state = self.draft.state
-        names = [] if state is None else point_array_names(state.mesh)
+        names = [] if state is None else [name for name in point_array_names(state.mesh) if name]
         self._list.show_targets([(name, source) for name, source, _ in self.draft.offers()], names)
 
     # -- editing -----------------------------------------------------------------------------------

@@ -291,7 +291,9 @@ class Sessions(QObject):
             self._timer.start()
             return
         if not self.modified:
-            self._throw_away()
+            kept = self._give_up()
+            if kept is not None:
+                self._jobs.start("autosave", lambda context: _remove(*kept))
             return
         folder, snapshot = self._own_folder(), self._snapshot()
         job = self._jobs.start(
@@ -347,12 +349,17 @@ class Sessions(QObject):
         if self._recovered is None:
             self._files.open_paths(further)
 
+    def _give_up(self) -> tuple[Path, QLockFile] | None:
+        """Have no folder any more: everything is saved, or need not be. Return what is to be removed."""
+        folder, lock = self._folder, self._lock
+        self._folder = self._lock = None
+        return None if folder is None or lock is None else (folder, lock)
+
     def _throw_away(self) -> None:
-        """Forget what was kept for recovery: everything is saved, or need not be."""
-        if self._folder is not None:
-            assert self._lock is not None
-            _remove(self._folder, self._lock)
-            self._folder = self._lock = None
+        """Remove what was kept for recovery."""
+        kept = self._give_up()
+        if kept is not None:
+            _remove(*kept)
 
     def close(self) -> None:
         """End: nothing is to be recovered. To be called when no job runs any more."""

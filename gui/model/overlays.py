@@ -200,6 +200,8 @@ def _values(mesh: Any, array: str) -> tuple[Values, bool] | None:
             values = vtk_to_numpy(found)
             if values.ndim == 2:
                 values = np.linalg.norm(values.astype(np.float64), axis=1)
+            if values.dtype.kind != "f":
+                values = values.astype(np.float32)  # VTK takes bytes for colours
             return values, on_points
     return None
 

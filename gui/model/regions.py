@@ -17,7 +17,7 @@ from vtksmooth.kernels.regions import marked_faces
 
 from .field import Field
 from .selection import faces_as_mesh
-from .state import State
+from .state import State, ready
 
 Bool = npt.NDArray[np.bool_]
 Int64 = npt.NDArray[np.int64]
@@ -72,7 +72,7 @@ def mark_of(state: State, chosen: Bool) -> vtkPolyData | None:
     single = np.flatnonzero(alone)
     drawn.SetPoints(state.mesh.GetPoints())
     drawn.SetVerts(vtk_cells(np.arange(len(single) + 1), single))
-    return drawn
+    return ready(drawn)
 
 
 def drawing_of(state: State, pairs: Int64, anchor: int | None) -> vtkPolyData | None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataConnectivityFilter, vtkPolyDataNormals
 
 from vtksmooth.filters.arrays import vtk_array, vtk_cells
@@ -24,18 +24,16 @@ def faces_as_mesh(state: State, faces: Faces) -> vtkPolyData:
     if surface is None or not len(faces):
         return mesh
     if surface.mesh.only_triangles:
-        corners = surface.mesh.connectivity.reshape(-1, 3)[faces].astype(np.int64).ravel()
-        starts = np.arange(0, 3 * len(faces) + 1, 3, dtype=np.int64)
+        corners = surface.mesh.connectivity.reshape(-1, 3)[faces].ravel()
+        starts = np.arange(0, 3 * len(faces) + 1, 3)
     else:
         offsets = surface.mesh.offsets.astype(np.int64)
         sizes = offsets[faces + 1] - offsets[faces]
         starts = np.concatenate(([0], np.cumsum(sizes)))
         inside = np.arange(starts[-1]) - np.repeat(starts[:-1], sizes)
-        corners = surface.mesh.connectivity[np.repeat(offsets[faces], sizes) + inside].astype(np.int64)
-    cells = vtkCellArray()
-    cells.SetData(numpy_to_vtkIdTypeArray(starts, deep=1), numpy_to_vtkIdTypeArray(corners, deep=1))
+        corners = surface.mesh.connectivity[np.repeat(offsets[faces], sizes) + inside]
     mesh.SetPoints(state.mesh.GetPoints())
-    mesh.SetPolys(cells)
+    mesh.SetPolys(vtk_cells(starts, corners))
     return mesh
 
 

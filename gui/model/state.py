@@ -41,6 +41,12 @@ def shares_geometry(a: vtkPolyData, b: vtkPolyData) -> bool:
     return a.GetPoints().GetData() is b.GetPoints().GetData() and _share_cells(a, b)
 
 
+def ready(mesh: vtkPolyData) -> vtkPolyData:
+    """Return a mesh whose bounds VTK knows: it looks at all cells before it first draws them."""
+    mesh.GetCellsBounds([0.0] * 6)
+    return mesh
+
+
 @dataclass(eq=False, repr=False)
 class State:
     """A mesh at one moment, and what made it.
@@ -79,13 +85,13 @@ class State:
             return mesh
         state = cls(mesh, **made)
         if like is not None and like.surface is not None and state.shares_geometry(like):
-            state.surface = like.surface
+            state.surface, state.scene = like.surface, like.scene
         elif like is not None and like.surface is not None and state._shares_faces(like):
             points = np.ascontiguousarray(state.points, dtype=np.float64)
             if np.isfinite(points).all():
                 faces = like.surface
                 state.surface = replace(faces, mesh=faces.mesh.with_points(points))
-        _ = state.surface, state.memory
+        _ = state.surface, state.memory, state.scene
         return state
 
     def __post_init__(self) -> None:
@@ -135,6 +141,13 @@ class State:
         for data in (self.mesh.GetPointData(), self.mesh.GetCellData()):
             arrays += [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
         return {a.__this__: a.GetDataSize() * a.GetDataTypeSize() for a in arrays if a is not None}
+
+    @cached_property
+    def scene(self) -> vtkPolyData:
+        """The mesh to be drawn, without the data arrays: of those only an overlay's values are."""
+        mesh = vtkPolyData()
+        mesh.CopyStructure(self.mesh)
+        return ready(mesh)
 
     def input(self) -> vtkPolyData:
         """Return a polydata of its own over the same arrays, for a worker thread."""

@@ -19,7 +19,8 @@ class ColourBar(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedWidth(140)
+        # As wide as the longest that may stand beside the bar.
+        self.setFixedWidth(46 + self.fontMetrics().horizontalAdvance("≥-0.000505 warning"))
         # The view keeps its size when there is nothing to show here.
         keep = self.sizePolicy()
         keep.setRetainSizeWhenHidden(True)
@@ -43,7 +44,7 @@ class ColourBar(QWidget):
     # -- drawing -----------------------------------------------------------------------------------
 
     def _bar(self) -> QRectF:
-        return QRectF(10, 64, 20, max(20, self.height() - 92))
+        return QRectF(10, 64, 20, max(20, self.height() - 98))
 
     def place(self, value: float) -> float:
         """Return the height in pixels at which a value is drawn."""
@@ -89,7 +90,7 @@ class ColourBar(QWidget):
                 painter.drawText(QPointF(bar.right() + 8, y + 4), name)
             return
         if scale.beyond is not None:
-            below = QRectF(bar.left(), bar.bottom() + 4, bar.width(), 10)
+            below = QRectF(bar.left(), bar.bottom() + 10, bar.width(), 10)
             painter.fillRect(below, QColor(*scale.beyond))
             painter.drawText(QPointF(bar.right() + 8, below.bottom()), "inverted")
         taken: list[float] = []

@@ -143,7 +143,9 @@ class FilterForm(QScrollArea):
     def set_values(self, values: dict[str, Any]) -> None:
         """Show parameters; those not named get their defaults."""
         for name, row in self.rows.items():
-            row.set_value(values.get(name, row.parameter.default))
+            value = values.get(name, row.parameter.default)
+            if row.value != value:
+                row.set_value(value)
 
     def choose_input(self, name: str, target: Any) -> None:
         """Show that a further input is `target`, one of those that are offered."""

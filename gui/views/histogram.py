@@ -63,6 +63,7 @@ class Histogram(QWidget):
         self._after: Any = None
         self._fields: tuple[Field | None, Field | None] = (None, None)
         self._span = (0.0, 1.0)
+        self._thresholds: tuple[float, ...] = ()
         self.brush = pyqtgraph.LinearRegionItem(brush=QColor(214, 39, 140, 55))
         self.brush.sigRegionChanged.connect(self._brushed)
         box.spanned.connect(self.set_brush)
@@ -81,12 +82,13 @@ class Histogram(QWidget):
         """Show the values of a mesh, and of the one before it, between the ends of `span`."""
         same = (before, after, span) == (*self._fields, self._span)
         self._is_k = is_k
-        self._fields, self._span = (before, after), span
-        self._draw_thresholds(thresholds)
+        self._fields, self._span, self._thresholds = (before, after), span, thresholds
         what = "points" if after is not None and after.on_points else "faces"
         self.plot.getAxis("bottom").setLabel(title)
         self.plot.getAxis("left").setLabel(f"% of the {what}")
-        if not same:
+        if same:
+            self._draw_thresholds()
+        else:
             self.draw()
 
     @property
@@ -126,15 +128,15 @@ class Histogram(QWidget):
         self.plot.getAxis("bottom").setTicks(ticks)
         self.plot.setXRange(widths[0], widths[-1], padding=0.01)
         self.plot.enableAutoRange(axis="y")
-        self._draw_thresholds(())
+        self._draw_thresholds()
 
-    def _draw_thresholds(self, thresholds: tuple[float, ...]) -> None:
+    def _draw_thresholds(self) -> None:
         for mark in self._marks:
             self.plot.removeItem(mark)
         self._marks = []
         if self.coarse:
             return
-        for value, colour in zip(thresholds, THRESHOLDS, strict=False):
+        for value, colour in zip(self._thresholds, THRESHOLDS, strict=False):
             if self._span[0] <= value <= self._span[1]:
                 pen = pyqtgraph.mkPen(QColor(*colour), width=1.5, style=pyqtgraph.QtCore.Qt.PenStyle.DashLine)
                 mark = pyqtgraph.InfiniteLine(value, pen=pen)

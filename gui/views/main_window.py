@@ -230,6 +230,7 @@ class MainWindow(QMainWindow):
             windows.addAction(dock.toggleViewAction())
         self.figures = QLabel()
         self.figures.setMinimumWidth(1)
+        self.figures.setContentsMargins(0, 0, 6, 0)
         self.statusBar().addPermanentWidget(self.figures)
 
     def _dock(self, name: str, widget: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:

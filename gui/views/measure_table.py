@@ -5,22 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QComboBox,
-    QHeaderView,
-    QLabel,
-    QTableWidget,
-    QTableWidgetItem,
-    QToolBar,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QToolBar, QVBoxLayout, QWidget
 
 from ..model.measure import Measurement, row_texts
 from ..model.units import UNITS
+from .figure_table import FigureTable
 
 
 class MeasureTable(QWidget):
@@ -31,13 +22,8 @@ class MeasureTable(QWidget):
 
     def __init__(self, actions: Sequence[QAction]) -> None:
         super().__init__()
-        self.table = QTableWidget(0, 3)
-        self.table.setHorizontalHeaderLabels(["", "before", "after"])
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(21)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table = FigureTable(["", "before", "after"])
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.unit = QComboBox()
         self.unit.setToolTip("The unit of all lengths; nothing is scaled")
         for unit, title in UNITS.items():
@@ -60,14 +46,10 @@ class MeasureTable(QWidget):
         self.unit.setCurrentIndex(self.unit.findData(unit))
         rows = [(one, texts) for one in measurements for texts in row_texts(one, unit)]
         self._of_rows = [one for one, _ in rows]
-        self.table.setRowCount(len(rows))
         numbers = {one: number for number, one in enumerate(measurements, 1)}
-        for row, (one, (name, before, after)) in enumerate(rows):
-            for column, text in enumerate((f"{numbers[one]}  {name}, {one.layer.name}", before, after)):
-                item = QTableWidgetItem(text)
-                if column:
-                    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                self.table.setItem(row, column, item)
+        self.table.show_texts(
+            [(f"{numbers[one]}  {name}, {one.layer.name}", *values) for one, (name, *values) in rows]
+        )
 
     def say(self, text: str) -> None:
         """Say what to do next; an empty text says nothing."""

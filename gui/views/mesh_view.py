@@ -21,7 +21,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from ..model.field import Field
-from ..model.state import shares_geometry
+from ..model.state import State, shares_geometry
 from .canvas import Canvas
 from .scale import BEYOND, UNKNOWN, Scale
 from .theme import Theme
@@ -34,6 +34,7 @@ _SURFACE = (0.78, 0.81, 0.85)
 #: What is drawn over the mesh: its colour, and the width of its lines, pixels of a usual screen.
 _MARKS = {
     "bad": (BEYOND, 2.0),
+    "bad before": (BEYOND, 2.0),
     "brush": ((214, 39, 140), 2.0),
     "worst": ((255, 0, 120), 4.0),
     "lines": ((20, 20, 20), 3.0),
@@ -67,19 +68,14 @@ class _Surface:
         look.SetSpecular(0.05)
         look.SetAmbient(0.3)
         look.SetDiffuse(0.75)
-        self.mesh: Any = None
+        self.mesh: vtkPolyData | None = None
 
-    def show(self, mesh: Any) -> None:
-        """Show another mesh; None shows nothing."""
-        if mesh is self.mesh:
-            return
+    def show(self, mesh: vtkPolyData | None) -> None:
+        """Show another mesh, without data arrays; None shows nothing."""
         known, self.mesh = self.mesh, mesh
-        if mesh is not None and known is not None and shares_geometry(mesh, known):
-            return  # only its data are others, and those are not drawn
-        self.data = vtkPolyData()
-        if mesh is not None:
-            # Without the data arrays: of those only the overlay's values are drawn.
-            self.data.CopyStructure(mesh)
+        if mesh is known or (mesh is not None and known is not None and shares_geometry(mesh, known)):
+            return
+        self.data = vtkPolyData() if mesh is None else mesh
         self.mapper.SetInputData(self.data)
         self.mapper.ScalarVisibilityOff()
 
@@ -175,10 +171,10 @@ class MeshView(QWidget):
 
     # -- what is shown -----------------------------------------------------------------------------
 
-    def show_meshes(self, after: Any, before: Any) -> None:
+    def show_meshes(self, after: State | None, before: State | None) -> None:
         """Show a mesh, and the one that it is compared with."""
-        self._surfaces["after"].show(after)
-        self._surfaces["before"].show(before)
+        for side, state in (("after", after), ("before", before)):
+            self._surfaces[side].show(state.scene if state is not None else None)
         self.render_soon()
 
     def colour(self, side: str, field: Field | None, scale: Scale | None) -> None:
@@ -187,21 +183,21 @@ class MeshView(QWidget):
         self._surfaces[side].colour(field, table)
         self.render_soon()
 
-    def show_context(self, meshes: dict[Any, tuple[Any, tuple[float, float, float], float]]) -> None:
+    def show_context(self, meshes: dict[Any, tuple[State, tuple[float, float, float], float]]) -> None:
         """Show further meshes by key, each with its colour and opacity."""
         for key in [*self._context]:
             if key not in meshes:
                 surface = self._context.pop(key)
                 for renderer in self._renderers:
                     renderer.RemoveActor(surface.actor)
-        for key, (mesh, colour, opacity) in meshes.items():
+        for key, (state, colour, opacity) in meshes.items():
             if key not in self._context:
                 self._context[key] = _Surface()
                 self._context[key].actor.PickableOff()
                 for renderer in self._renderers:
                     renderer.AddActor(self._context[key].actor)
             surface = self._context[key]
-            surface.show(mesh)
+            surface.show(state.scene)
             look = surface.actor.GetProperty()
             look.SetColor(*colour)
             look.SetOpacity(opacity)
@@ -239,8 +235,10 @@ class MeshView(QWidget):
     def set_mode(self, mode: str) -> None:
         """Show one view, two, or a line between both meshes: SINGLE, SPLIT or SWIPE."""
         if (mode == SPLIT) != (self.mode == SPLIT):
-            # Half as wide: from farther away as much is seen.
-            factor = 0.72 if mode == SPLIT else 1 / 0.72
+            # Half as wide: from as much farther away as it takes to see as much.
+            width, height = self.width(), self.height()
+            factor = min(width / 2, height) / min(width, height)
+            factor = factor if mode == SPLIT else 1 / factor
             if self.camera.GetParallelProjection():
                 self.camera.SetParallelScale(self.camera.GetParallelScale() / factor)
             else:
@@ -268,9 +266,10 @@ class MeshView(QWidget):
     def _arrange(self) -> None:
         first, second = self._renderers
         before, after = self._surfaces["before"].actor, self._surfaces["after"].actor
-        marks = [surface.actor for surface in self._marks.values()]
+        marks = {name: surface.actor for name, surface in self._marks.items()}
+        bad_before = marks.pop("bad before")
         for renderer in (*self._renderers, self._top):
-            for actor in (before, after, *marks, self._line, *self._labels.values()):
+            for actor in (before, after, bad_before, *marks.values(), self._line, *self._labels.values()):
                 renderer.RemoveViewProp(actor)
         split, swipe = self.mode == SPLIT, self.mode == SWIPE
         first.SetViewport(0.0, 0.0, 0.5 if split else 1.0, 1.0)
@@ -279,18 +278,20 @@ class MeshView(QWidget):
         after_renderer = second if split else first
         if split or swipe or self.shows_before:
             first.AddActor(before)
+            first.AddActor(bad_before)
         if split or swipe or not self.shows_before:
             after_renderer.AddActor(after)
-            for name, surface in self._marks.items():
-                (self._top if name == "worst" else after_renderer).AddActor(surface.actor)
+            for name, actor in marks.items():
+                (self._top if name == "worst" else after_renderer).AddActor(actor)
         self._top.SetViewport(*after_renderer.GetViewport())
         for side, planes in self._planes.items():
             collection = vtkPlaneCollection()
             if swipe:
                 collection.AddItem(planes)
-            surfaces = [self._surfaces[side], *(self._marks.values() if side == "after" else ())]
-            for surface in surfaces:
-                surface.mapper.SetClippingPlanes(collection)
+            self._surfaces[side].mapper.SetClippingPlanes(collection)
+            for name, surface in self._marks.items():
+                if (name == "bad before") == (side == "before"):
+                    surface.mapper.SetClippingPlanes(collection)
         if swipe:
             first.AddViewProp(self._line)
         if split or swipe or self.shows_before:
@@ -319,7 +320,7 @@ class MeshView(QWidget):
         look.LightingOff()
         look.SetLineWidth(width * scale)
         look.SetPointSize((11.0 if name == "drawn" else 7.0) * scale)
-        if name in ("bad", "worst"):
+        if name in ("bad", "bad before", "worst"):
             look.SetRepresentationToWireframe()
         if name == "brush":
             # With edges of its own: slivers are thinner than a pixel.

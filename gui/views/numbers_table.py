@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QPushButton,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHeaderView, QPushButton, QVBoxLayout, QWidget
 
 from ..model.numbers import Row
+from .figure_table import FigureTable
 
 
 class NumbersTable(QWidget):
@@ -22,12 +14,7 @@ class NumbersTable(QWidget):
 
     def __init__(self, copy: QAction) -> None:
         super().__init__()
-        self.table = QTableWidget(0, 3)
-        self.table.setHorizontalHeaderLabels(["", "before", "after"])
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(21)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.table = FigureTable(["", "before", "after"])
         self.table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         button = QPushButton("Copy as Markdown")
         button.setToolTip(copy.shortcut().toString())
@@ -40,13 +27,6 @@ class NumbersTable(QWidget):
 
     def show_rows(self, rows: list[Row]) -> None:
         """Show figures."""
-        if rows == self.rows:
-            return
-        self.rows = rows
-        self.table.setRowCount(len(rows))
-        for number, row in enumerate(rows):
-            for column, text in enumerate((row.name, row.before, row.after)):
-                item = QTableWidgetItem(text)
-                if column:
-                    item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                self.table.setItem(number, column, item)
+        if rows != self.rows:
+            self.rows = rows
+            self.table.show_texts([(row.name, row.before, row.after) for row in rows])

@@ -194,7 +194,8 @@ class RecipeList(QWidget):
         step = self.recipe.steps[row] if 0 <= row <= last else None
         cls = None if step is None else step.cls
         with QSignalBlocker(self.form):
-            if self.form.filter is not cls:
+            self.form.setVisible(cls is not None)
+            if cls is not None and self.form.filter is not cls:
                 self.form.show_filter(cls)
             if step is not None and self.form.values() != dict(step.parameters):
                 self.form.set_values(dict(step.parameters))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -27,6 +28,14 @@ from .pen import RADII
 
 #: What a soft edge is as wide as.
 RINGS, DISTANCE = "rings of points", "model units"
+
+
+def _short(value: float, toward: Callable[[float], int]) -> float:
+    """Return a value with the six digits that there is room for, rounded by `toward`."""
+    if not value:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - 5)
+    return float(f"{toward(round(value / unit, 6)) * unit:.6g}")
 
 
 class RegionPanel(QScrollArea):
@@ -146,8 +155,8 @@ class RegionPanel(QScrollArea):
         for box in (self.low, self.high):
             box.setEnabled(span is not None)
         if span is not None:
-            self.low.setValue(span[0])
-            self.high.setValue(span[1])
+            self.low.setValue(_short(span[0], math.floor))
+            self.high.setValue(_short(span[1], math.ceil))
 
     def threshold(self, span: tuple[float, float]) -> tuple[float, float]:
         """Return the span of values that is set; an end that is that of `span` has no limit.

@@ -30,6 +30,16 @@ class Theme:
     bottom: Rgb
     text: Rgb
 
+    def box_palette(self) -> QPalette:
+        """Return the palette of what has boxes to tick, whose outline Fusion draws darker than the window.
+
+        In a dark window nobody would see that.
+        """
+        palette = self.palette()
+        if QColor(self.window).lightness() < 128:
+            palette.setColor(QPalette.ColorRole.Window, QColor(self.muted).lighter(140))
+        return palette
+
     def palette(self) -> QPalette:
         """Return the palette of the widgets."""
         palette = QPalette(QColor(self.window))

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView
 
 from ..model.field import Field
+from .figure_table import FigureTable
 
 
-class WorstList(QTableWidget):
+class WorstList(FigureTable):
     """The worst faces by the overlay's values, the worst first."""
 
     #: A face has been chosen, or None.
     chosen = Signal(object)
 
     def __init__(self) -> None:
-        super().__init__(0, 2)
-        self.setHorizontalHeaderLabels(["face", "value"])
-        self.verticalHeader().hide()
-        self.verticalHeader().setDefaultSectionSize(20)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        super().__init__(["face", "value"])
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
@@ -34,12 +32,9 @@ class WorstList(QTableWidget):
         self.blockSignals(True)
         self.clearSelection()
         self.setCurrentItem(None)  # type: ignore[call-overload]
-        faces = [] if field is None else field.worst.tolist()
-        self.setRowCount(len(faces))
-        for row, face in enumerate(faces):
-            assert field is not None
-            self.setItem(row, 0, QTableWidgetItem(f"{face}"))
-            self.setItem(row, 1, QTableWidgetItem(f"{field.of_faces[face]:.4g}"))
+        faces = np.empty(0, int) if field is None else field.worst
+        values = () if field is None else field.of_faces[faces]
+        self.show_texts([(f"{face}", f"{value:.4g}") for face, value in zip(faces, values, strict=True)])
         self.setToolTip(f"The worst faces by: {title}")
         self.blockSignals(False)
 

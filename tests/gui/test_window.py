@@ -340,9 +340,16 @@ def test_overlays_show_the_arrays_of_the_filters(user, ant):
 
 
 def test_feature_classes_come_with_their_lines(user, tmp_path):
+    from vtksmooth_gui.views.scale import CLASSES
+
     pv.Cube().triangulate().subdivide(3).clean().save(tmp_path / "cube.ply")
     user.drop(tmp_path / "cube.ply")
     user.do("overlay_feature_class")
+    surface = user.window.view._surfaces["after"]
+    values, mapper = surface.data.GetPointData().GetScalars(), surface.mapper
+    colours = vtk_to_numpy(mapper.GetLookupTable().MapScalars(values, mapper.GetColorMode(), -1))
+    assert {tuple(colour) for colour in colours[:, :3].tolist()} == {CLASSES[0], CLASSES[1], CLASSES[2]}
+    assert user.display.fields[0].of_faces[user.display.fields[0].worst[0]] == 2
     mesh, lines = FeatureDetection()(read_surface(tmp_path / "cube.ply")[0])
     expected = vtk_to_numpy(mesh.GetPointData().GetArray("FeatureClass"))
     assert np.array_equal(user.display.fields[0].values, expected)
@@ -718,3 +725,20 @@ def test_a_skin_in_its_installation_space(user):
     rows = {row.name: row.after for row in user.window.numbers.rows}
     assert rows["vertices outside the space"] == "0"
     assert rows["triangles crossing it"] == "0"
+
+
+def test_jobs_let_go_of_what_they_worked_on(user, ant):
+    """Otherwise every state would live as long as the window, whatever the history gives up."""
+    import gc
+    import weakref
+
+    user.application.files.open_paths([ant])
+    user.wait()
+    user.apply(LaplacianSmoothing, iterations=1)
+    gone = weakref.ref(user.document.active.state)
+    user.do("undo")
+    user.apply(LaplacianSmoothing, iterations=2)
+    user.do("overlay_displacement")
+    user.do("overlay_aspect_ratio")
+    gc.collect()
+    assert gone() is None

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
@@ -121,10 +121,20 @@ def vtk_points(points: npt.NDArray[Any]) -> Any:
 def vtk_cells(offsets: Int, corners: Int) -> Any:
     """Return a vtkCellArray of cells whose corners are ``corners[offsets[i]:offsets[i + 1]]``."""
     cells = vtkCellArray()
-    # An array of VTK's own type for indices: others are kept as "generic" storage, which is slow. A
-    # copy: VTK 9.2 takes the memory out of these arrays, and they free it.
-    cells.SetData(*(numpy_to_vtkIdTypeArray(array.astype(np.int64), deep=1) for array in (offsets, corners)))
+    cells.SetData(_ids(offsets), _ids(corners))
     return cells
+
+
+def _ids(values: Int) -> Any:
+    """Return a copy of `values` in VTK's own type for indices: others it keeps as slow "generic" storage.
+
+    In memory of its own, as VTK 9.2 takes the memory out of the arrays of cells; numpy fills it, which lets
+    other threads run meanwhile.
+    """
+    array = vtkIdTypeArray()
+    array.SetNumberOfValues(len(values))
+    vtk_to_numpy(array)[:] = values
+    return array
 
 
 def vtk_triangles(triangles: Int) -> Any:
@@ -213,6 +223,6 @@ def edge_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
 
 
 def point_array_names(polydata: Any) -> list[str]:
-    """Return the names of the point arrays."""
+    """Return the names of the point arrays; empty where one has none."""
     data = polydata.GetPointData()
-    return [str(data.GetArrayName(i)) for i in range(data.GetNumberOfArrays())]
+    return [data.GetArrayName(i) or "" for i in range(data.GetNumberOfArrays())]
