@@ -51,6 +51,43 @@ def cubic_surface() -> pv.PolyData:
     return polydata(points, grid_triangles(points, nx, ny))
 
 
+def flipped(mesh: pv.PolyData, share: float, seed: int = 0) -> pv.PolyData:
+    """Flip a share of the edges of a terrain of triangles, at random; no face turns over."""
+    points = np.asarray(mesh.points)
+    faces: list[list[int]] = mesh.regular_faces.tolist()
+    face = {edge: f for f, corners in enumerate(faces) for edge in _sides(corners)}
+    inner = [edge for edge in face if edge[0] < edge[1] and edge[::-1] in face]
+
+    def area(a: int, b: int, c: int) -> float:
+        u, v = points[b, :2] - points[a, :2], points[c, :2] - points[a, :2]
+        return float(u[0] * v[1] - u[1] * v[0])
+
+    left = round(share * len(inner))
+    for a, b in np.random.default_rng(seed).permutation(inner).tolist():
+        if left == 0:
+            break
+        if (a, b) not in face or (b, a) not in face:
+            continue
+        f, g = face[a, b], face[b, a]
+        (c,) = set(faces[f]) - {a, b}
+        (d,) = set(faces[g]) - {a, b}
+        first, second = area(a, d, c), area(d, b, c)
+        if (c, d) in face or (d, c) in face or min(first, second) < 0.05 * abs(first + second):
+            continue
+        for edge in _sides(faces[f]) + _sides(faces[g]):
+            del face[edge]
+        for number, corners in ((f, [a, d, c]), (g, [d, b, c])):
+            faces[number] = corners
+            face.update(dict.fromkeys(_sides(corners), number))
+        left -= 1
+    return polydata(points, np.array(faces))
+
+
+def _sides(corners: list[int]) -> list[tuple[int, int]]:
+    a, b, c = corners
+    return [(a, b), (b, c), (c, a)]
+
+
 def resampled_scan(scan: pv.PolyData) -> pv.PolyData:
     """Resample the head of a cylindrical scan (27 rings of 189 points), with points badly placed.
 

@@ -62,6 +62,13 @@ def test_page_on_installation_spaces(program, tmp_path):
     assert "frog, tissue 1" in page
 
 
+def test_costs_on_small_meshes(program, tmp_path):
+    program("costs").make(tmp_path, quick=True)
+    page = (tmp_path / "costs.md").read_text(encoding="utf-8")
+    assert page.count("| sweep, containment") == 6
+    assert page.count("| conservative iteration") == 2
+
+
 def test_volume_on_the_generated_shape(program, tmp_path):
     program("volume").make(tmp_path, data=None, quick=True)
     page = (tmp_path / "volume.md").read_text(encoding="utf-8")
