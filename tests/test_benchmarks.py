@@ -62,6 +62,20 @@ def test_page_on_installation_spaces(program, tmp_path):
     assert "frog, tissue 1" in page
 
 
+def test_one_command_makes_all_pages_of_evidence(program, tmp_path, monkeypatch):
+    pages, asked = program("pages"), {}
+    for name in ("evidence", "features", "volume", "quality"):
+        monkeypatch.setattr(
+            program(name), "main", lambda arguments, name=name: asked.update({name: arguments})
+        )
+    pages.main(["--data", "meshes", "--output", str(tmp_path)])
+    folder = ["--data", "meshes", "--output", str(tmp_path)]
+    assert asked == {
+        **dict.fromkeys(("evidence", "features", "volume"), folder),
+        "quality": [*folder[:3], str(tmp_path / "quality.md")],
+    }
+
+
 def test_costs_on_small_meshes(program, tmp_path):
     program("costs").make(tmp_path, quick=True)
     page = (tmp_path / "costs.md").read_text(encoding="utf-8")
