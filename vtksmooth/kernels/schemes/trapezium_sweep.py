@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import parallel
 from ..compiled import device, kernel
-from ..lanes import WIDTH, absolute, load, pack, select, spread, square_root, store
+from ..lanes import WIDTH, absolute, gather, load, pack, select, spread, square_root, store
 from ..state import State
 from . import Float64, Int64
 
@@ -197,17 +197,13 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
             first1 = np.uintp(offsets[g1])
             first2 = np.uintp(offsets[g2])
             first3 = np.uintp(offsets[g3])
-            x = pack(points[g0, 0], points[g1, 0], points[g2, 0], points[g3, 0])
-            y = pack(points[g0, 1], points[g1, 1], points[g2, 1], points[g3, 1])
-            z = pack(points[g0, 2], points[g1, 2], points[g2, 2], points[g3, 2])
+            x, y, z = gather(points, g0, g1, g2, g3)
             for i in range(size):
                 w0 = np.uintp(ring[first0 + np.uintp(i)])
                 w1 = np.uintp(ring[first1 + np.uintp(i)])
                 w2 = np.uintp(ring[first2 + np.uintp(i)])
                 w3 = np.uintp(ring[first3 + np.uintp(i)])
-                px = pack(points[w0, 0], points[w1, 0], points[w2, 0], points[w3, 0])
-                py = pack(points[w0, 1], points[w1, 1], points[w2, 1], points[w3, 1])
-                pz = pack(points[w0, 2], points[w1, 2], points[w2, 2], points[w3, 2])
+                px, py, pz = gather(points, w0, w1, w2, w3)
                 store(place, 3 * i, px)
                 store(place, 3 * i + 1, py)
                 store(place, 3 * i + 2, pz)
@@ -269,12 +265,8 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 by = load(place, 3 * at + 1) - y
                 bz = load(place, 3 * at + 2) - z
                 bb = bx * bx + by * by + bz * bz
-                q = _spokes_square(
-                    ax, ay, az, aa, bx, by, bz, bb,
-                    pack(reference[f0, 0], reference[f1, 0], reference[f2, 0], reference[f3, 0]),
-                    pack(reference[f0, 1], reference[f1, 1], reference[f2, 1], reference[f3, 1]),
-                    pack(reference[f0, 2], reference[f1, 2], reference[f2, 2], reference[f3, 2]),
-                )  # fmt: skip
+                rx, ry, rz = gather(reference, f0, f1, f2, f3)
+                q = _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
                 store(proposed, i, q)
                 inverted += select(q < 0.0, 1.0, 0.0)
                 new = select(q < new, q, new)
