@@ -7,7 +7,19 @@ import pytest
 
 from vtksmooth.kernels import lanes
 from vtksmooth.kernels.compiled import kernel
-from vtksmooth.kernels.lanes import absolute, gather, load, pack, select, spread, square_root, store, unpack
+from vtksmooth.kernels.lanes import (
+    absolute,
+    everywhere,
+    gather,
+    load,
+    narrow,
+    pack,
+    select,
+    spread,
+    square_root,
+    store,
+    unpack,
+)
 
 A = np.array([[1.0, 5.0, 0.0, -7.5], [0.1, np.nan, np.inf, 1e-310]])
 B = np.array([[3.0, -2.0, 0.0, 4.25], [0.3, 1.0, np.inf, 1e-20]])
@@ -69,6 +81,49 @@ def test_choices_are_those_of_numpy():
         (A < B) & (A > 0.5),
     ]
     np.testing.assert_array_equal(found, np.array(expected, float))
+
+
+@kernel
+def _narrowly(a, b, found, whole):  # type: ignore[no-untyped-def]
+    for i in range(len(a)):
+        x = narrow(load(a, i))
+        y = narrow(load(b, i))
+        store(found[0], i, x + y)
+        store(found[1], i, 1.0 / square_root(y))
+        store(found[2], i, select(x < y, x, 0.1))
+        store(found[3], i, -absolute(x) * 0.3)
+        x *= 1.1
+        x -= y
+        store(found[4], i, load(found[0], i) / x)
+        store(whole, i, y * 2.5)
+
+
+def test_narrow_lanes_are_float32():
+    found = np.empty((5, *A.shape), np.float32)
+    whole = np.empty(A.shape, np.int32)
+    with np.errstate(all="ignore"):
+        a = A.astype(np.float32)
+        b = np.array([[3.0, -2.0, 0.0, 4.25], [0.3, 1.0, 7.7, 1e-20]])
+        _narrowly(A, b, found, whole)
+        b = b.astype(np.float32)
+        one, tenth, three = np.float32([1.0, 0.1, 0.3])
+        expected = [a + b, one / np.sqrt(b), np.where(a < b, a, tenth), -abs(a) * three]
+        expected.append(expected[0] / (a * np.float32(1.1) - b))
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(whole, (b * np.float32(2.5)).astype(np.int32))
+
+
+@kernel
+def _everywhere(a, b):  # type: ignore[no-untyped-def]
+    return everywhere(load(a, 0) < load(b, 0))
+
+
+def test_a_mask_is_true_everywhere_or_not():
+    assert _everywhere(np.zeros((1, 4)), np.ones((1, 4)))
+    for lane in range(lanes.WIDTH):
+        a = np.zeros((1, 4))
+        a[0, lane] = 2.0
+        assert not _everywhere(a, np.ones((1, 4)))
 
 
 @kernel

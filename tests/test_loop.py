@@ -33,7 +33,7 @@ def small_blocks(monkeypatch):
 @pytest.mark.parametrize(
     "name",
     [
-        "sheet", "torus", "fan", "fixed", "hourglass",
+        "sheet", "torus", "fan", "fixed", "hourglass", "tiny", "huge", "nearly_equal_angles",
         "misoriented", "degenerate_faces", "isolated_points", "non_manifold_edge", "moebius",
     ],
 )  # fmt: skip
@@ -44,10 +44,19 @@ def test_the_fused_sweep_gives_the_bits_of_the_parts(name, small_blocks, monkeyp
     elif name in ("torus", "fixed"):
         mesh = meshes.torus(40, 20, jitter=0.5)
         fixed = np.arange(mesh.n_points) % 7 < 2 if name == "fixed" else None
+    elif name in ("tiny", "huge"):  # squares that are no float32
+        mesh = meshes.torus(40, 20, jitter=0.5)
+        mesh = mesh.with_points(mesh.points * {"tiny": 1e-25, "huge": 1e25}[name])
     elif name == "fan":
         mesh = meshes.joined(
             *(meshes.fan(valence, height=0.2) for valence in (3, 4, 5, 6, 7, 7, 17, 40, 200))
         )
+    elif name == "nearly_equal_angles":  # for float32 they are equal
+        mesh = meshes.joined(*(meshes.fan(valence) for valence in (3, 5, 7, 9) * 50))
+        random = np.random.default_rng(0)
+        points = mesh.points - [0.3, 0.1, 0.0] * (mesh.points == [0.3, 0.1, 0.0]).all(axis=1)[:, None]
+        points *= random.uniform(0.5, 1.5, (mesh.n_points, 1))
+        mesh = mesh.with_points(points + random.normal(0, 1e-8, points.shape))
     else:
         mesh = meshes.HOSTILE[name]()
     road = {"iterations": 4, "fixed": fixed}

@@ -6,13 +6,16 @@ rounded as ever: a kernel written with lanes gives the bits of the same kernel w
 
 Only kernels can use it. Lanes are made by :func:`pack`, :func:`spread`, :func:`load` and :func:`gather`, and
 leave by :func:`unpack` and :func:`store`; ``+ - * /`` and unary ``-`` work on lanes and numbers, comparisons
-give masks, ``&`` and ``|`` join masks, :func:`select` chooses by them.
+give masks, ``&`` and ``|`` join masks, :func:`select` chooses by them and :func:`everywhere` asks them.
+
+:func:`narrow` makes four float32 of them, for what may be roughly known first. They are half as wide and take
+the same operations, among each other and with numbers.
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -22,29 +25,32 @@ from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, register_model
 
-from .compiled import device
-
 #: Numbers side by side: what a 256-bit register holds.
 WIDTH = 4
 
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-
 
 class _Lanes(types.Type):
-    """Four float64."""
+    """Four float64 or float32."""
+
+    def __init__(self, number: types.Float, element: ir.Type) -> None:
+        super().__init__(f"Lanes({number})")
+        self.number = number
+        self.vector = ir.VectorType(element, WIDTH)
 
 
 class _Mask(types.Type):
     """Four truth values."""
 
 
-_lanes, _mask = _Lanes("Lanes"), _Mask("LanesMask")
+_lanes = _Lanes(types.float64, ir.DoubleType())
+_narrow = _Lanes(types.float32, ir.FloatType())
+_mask = _Mask("LanesMask")
 
 
 @register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, dmm: Any, fe_type: Any) -> None:
-        super().__init__(dmm, fe_type, _VECTOR)
+        super().__init__(dmm, fe_type, fe_type.vector)
 
 
 @register_model(_Mask)
@@ -53,31 +59,48 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, ir.VectorType(ir.IntType(1), WIDTH))
 
 
-def _splat(builder: ir.IRBuilder, number: ir.Value) -> ir.Value:
-    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), number, ir.Constant(ir.IntType(32), 0))
-    everywhere = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), everywhere)
+def _shuffle(builder: ir.IRBuilder, a: ir.Value, b: ir.Value, *chosen: int) -> ir.Value:
+    places = ir.Constant(ir.VectorType(ir.IntType(32), len(chosen)), chosen)
+    return builder.shuffle_vector(a, b, places)
 
 
-def _define(operation: Callable[..., Any], result: types.Type, build: Callable[..., ir.Value]) -> None:
+def _pack(builder: ir.IRBuilder, numbers: Sequence[ir.Value]) -> ir.Value:
+    packed = ir.Constant(ir.VectorType(numbers[0].type, WIDTH), ir.Undefined)
+    for place, number in enumerate(numbers):
+        packed = builder.insert_element(packed, number, ir.Constant(ir.IntType(32), place))
+    return packed
+
+
+def _as_lanes(builder: ir.IRBuilder, lanes: _Lanes, value: ir.Value) -> ir.Value:
+    """Return the value, which may be one float64, as such lanes."""
+    if isinstance(value.type, ir.VectorType):
+        return value
+    if lanes == _narrow:
+        value = builder.fptrunc(value, _narrow.vector.element)
+    nothing = ir.Constant(lanes.vector, ir.Undefined)
+    one = builder.insert_element(nothing, value, ir.Constant(ir.IntType(32), 0))
+    return _shuffle(builder, one, nothing, *[0] * WIDTH)
+
+
+def _define(operation: Callable[..., Any], result: types.Type | None, build: Callable[..., ir.Value]) -> None:
     """Give the operator a meaning for lanes with lanes and lanes with numbers: ``build(builder, a, b)``."""
 
     class Template(AbstractTemplate):  # type: ignore[misc]
         def generic(self, args: tuple[Any, ...], kws: Any) -> Any:
-            if len(args) == 2 and _lanes in args and all(a in (_lanes, types.float64) for a in args):
-                return signature(result, *args)
+            for lanes in (_lanes, _narrow):
+                if len(args) == 2 and lanes in args and all(a in (lanes, types.float64) for a in args):
+                    return signature(result or lanes, *args)
             return None
 
     infer_global(operation)(Template)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return build(builder, *(
-            value if kind == _lanes else _splat(builder, value)
-            for kind, value in zip(sig.args, args, strict=True)
-        ))  # fmt: skip
+        lanes = next(kind for kind in sig.args if isinstance(kind, _Lanes))
+        return build(builder, *(_as_lanes(builder, lanes, value) for value in args))
 
-    for kinds in ((_lanes, _lanes), (_lanes, types.float64), (types.float64, _lanes)):
-        lower_builtin(operation, *kinds)(lower)
+    for lanes in (_lanes, _narrow):
+        for kinds in ((lanes, lanes), (lanes, types.float64), (types.float64, lanes)):
+            lower_builtin(operation, *kinds)(lower)
 
 
 for _operations, _name in (
@@ -87,7 +110,7 @@ for _operations, _name in (
     ((operator.truediv, operator.itruediv), "fdiv"),
 ):
     for _operation in _operations:
-        _define(_operation, _lanes, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
+        _define(_operation, None, lambda builder, a, b, name=_name: getattr(builder, name)(a, b))
 for _operation, _sign in (
     (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "=="),
 ):  # fmt: skip
@@ -113,10 +136,10 @@ _define_for_masks(operator.or_, "or_")
 @infer_global(operator.neg)
 class _Negation(AbstractTemplate):  # type: ignore[misc]
     def generic(self, args: tuple[Any, ...], kws: Any) -> Any:
-        return signature(_lanes, _lanes) if args == (_lanes,) else None
+        return signature(args[0], *args) if args in ((_lanes,), (_narrow,)) else None
 
 
-@lower_builtin(operator.neg, _lanes)
+@lower_builtin(operator.neg, _Lanes)
 def _negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
@@ -126,9 +149,19 @@ def spread(typing_context, number):  # type: ignore[no-untyped-def]
     """Return the number in every lane."""
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        return _splat(builder, args[0])
+        return _as_lanes(builder, _lanes, args[0])
 
     return signature(_lanes, types.float64), build
+
+
+@intrinsic
+def narrow(typing_context, value):  # type: ignore[no-untyped-def]
+    """Return the lanes rounded to float32."""
+
+    def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.fptrunc(args[0], _narrow.vector)
+
+    return signature(_narrow, _lanes), build
 
 
 @intrinsic
@@ -137,11 +170,8 @@ def pack(typing_context, a, b, c, d):  # type: ignore[no-untyped-def]
     number = types.float32 if (a, b, c, d) == (types.float32,) * WIDTH else types.float64
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        vector = ir.VectorType(context.get_value_type(number), WIDTH)
-        packed = ir.Constant(vector, ir.Undefined)
-        for place, value in enumerate(args):
-            packed = builder.insert_element(packed, value, ir.Constant(ir.IntType(32), place))
-        return packed if vector == _VECTOR else builder.fpext(packed, _VECTOR)
+        packed = _pack(builder, args)
+        return packed if number == types.float64 else builder.fpext(packed, _lanes.vector)
 
     return signature(_lanes, *(number,) * WIDTH), build
 
@@ -156,67 +186,103 @@ def unpack(typing_context, value):  # type: ignore[no-untyped-def]
         found = [builder.extract_element(args[0], place) for place in places]
         return context.make_tuple(builder, numbers, found)
 
-    return signature(numbers, value), build
+    return signature(numbers, _lanes), build
 
 
-@device
-def gather(rows, i, j, k, l):  # type: ignore[no-untyped-def]  # noqa: E741
-    """Return the three columns of four rows of an (n, 3) array, float64 or float32."""
-    return (
-        pack(rows[i, 0], rows[j, 0], rows[k, 0], rows[l, 0]),
-        pack(rows[i, 1], rows[j, 1], rows[k, 1], rows[l, 1]),
-        pack(rows[i, 2], rows[j, 2], rows[k, 2], rows[l, 2]),
-    )
+def _row(context: Any, builder: Any, rows: Any, array: Any, row: Any, width: int) -> Any:
+    """Return where the row of an (n, width) array begins."""
+    data = context.make_array(rows)(context, builder, array).data
+    return builder.gep(data, [builder.mul(row, ir.Constant(row.type, width))])
 
 
-def _row(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
-    data = context.make_array(kind)(context, builder, array).data
-    place = builder.mul(row, ir.Constant(row.type, WIDTH))
-    return builder.bitcast(builder.gep(data, [place]), ir.PointerType(_VECTOR))
+def _read(builder: Any, rows: Any, place: Any, kind: ir.Type) -> Any:
+    value = builder.load(builder.bitcast(place, kind.as_pointer()))
+    value.align = rows.dtype.bitwidth // 8
+    return value
+
+
+@intrinsic
+def gather(typing_context, rows, i, j, k, l):  # type: ignore[no-untyped-def]  # noqa: E741
+    """Return the three columns of four rows of a C-contiguous (n, 3) array, float64 or float32."""
+    columns = types.containers.UniTuple(_lanes, 3)
+
+    def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        number = context.get_value_type(rows.dtype)
+        places = [_row(context, builder, rows, args[0], row, 3) for row in args[1:]]
+        # The first two numbers of a row come by one reading.
+        a, b, c, d = (_read(builder, rows, place, ir.VectorType(number, 2)) for place in places)
+        ac = _shuffle(builder, a, c, 0, 1, 2, 3)
+        bd = _shuffle(builder, b, d, 0, 1, 2, 3)
+        third = [builder.gep(place, [ir.Constant(ir.IntType(64), 2)]) for place in places]
+        found = [
+            _shuffle(builder, ac, bd, 0, 4, 2, 6),
+            _shuffle(builder, ac, bd, 1, 5, 3, 7),
+            _pack(builder, [_read(builder, rows, place, number) for place in third]),
+        ]
+        if rows.dtype == types.float32:
+            found = [builder.fpext(value, _lanes.vector) for value in found]
+        return context.make_tuple(builder, columns, found)
+
+    return signature(columns, rows, *(types.uintp,) * WIDTH), build
 
 
 @intrinsic
 def load(typing_context, rows, row):  # type: ignore[no-untyped-def]
-    """Return a row of a C-contiguous (n, 4) float64 array."""
+    """Return a row of a C-contiguous (n, 4) array, float64 or float32, as lanes as wide."""
+    lanes = _lanes if rows.dtype == types.float64 else _narrow
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        value = builder.load(_row(context, builder, sig.args[0], *args))
-        value.align = 8
-        return value
+        return _read(builder, rows, _row(context, builder, rows, args[0], args[1], WIDTH), lanes.vector)
 
-    return signature(_lanes, rows, types.intp), build
+    return signature(lanes, rows, types.intp), build
 
 
 @intrinsic
 def store(typing_context, rows, row, value):  # type: ignore[no-untyped-def]
-    """Write lanes to a row of a C-contiguous (n, 4) float64 array."""
+    """Write lanes to a row of a C-contiguous (n, 4) array: of such numbers, or of int32, towards zero."""
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        instruction = builder.store(args[2], _row(context, builder, sig.args[0], *args[:2]))
-        instruction.align = 8
+        vector = ir.VectorType(context.get_value_type(rows.dtype), WIDTH)
+        numbers = builder.fptosi(args[2], vector) if rows.dtype == types.int32 else args[2]
+        place = _row(context, builder, rows, args[0], args[1], WIDTH)
+        instruction = builder.store(numbers, builder.bitcast(place, vector.as_pointer()))
+        instruction.align = rows.dtype.bitwidth // 8
         return context.get_dummy_value()
 
-    return signature(types.void, rows, types.intp, _lanes), build
+    return signature(types.void, rows, types.intp, value), build
 
 
 @intrinsic
 def select(typing_context, mask, a, b):  # type: ignore[no-untyped-def]
     """Return a where the mask is true, b elsewhere; each of the two lanes or a number. Or all are numbers."""
-    result = _lanes if mask == _mask else types.float64
+    lanes = _narrow if _narrow in (a, b) else _lanes
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        return builder.select(args[0], *(
-            value if kind == result else _splat(builder, value)
-            for kind, value in zip(sig.args[1:], args[1:], strict=True)
-        ))  # fmt: skip
+        if mask == _mask:
+            args = (args[0], *(_as_lanes(builder, lanes, value) for value in args[1:]))
+        return builder.select(*args)
 
-    return signature(result, mask, *(k if k == _lanes else types.float64 for k in (a, b))), build
+    kinds = (kind if isinstance(kind, _Lanes) else types.float64 for kind in (a, b))
+    return signature(lanes if mask == _mask else types.float64, mask, *kinds), build
+
+
+@intrinsic
+def everywhere(typing_context, mask):  # type: ignore[no-untyped-def]
+    """Return whether the mask is true in all lanes."""
+
+    def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("==", bits, ir.Constant(bits.type, 2**WIDTH - 1))
+
+    return signature(types.boolean, _mask), build
 
 
 def _function(name: str) -> Any:
     @intrinsic
     def function(typing_context, value):  # type: ignore[no-untyped-def]
-        suffix, kind = (f"v{WIDTH}f64", _VECTOR) if value == _lanes else ("f64", ir.DoubleType())
+        suffix, kind = "f64", ir.DoubleType()
+        if isinstance(value, _Lanes):
+            suffix, kind = f"v{WIDTH}f{value.number.bitwidth}", value.vector
 
         def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
             called = cgutils.get_or_insert_function(

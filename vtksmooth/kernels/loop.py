@@ -279,6 +279,7 @@ class _Run:
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
         self.fused = self._prepare_fused(k)
+        self.worst = float(k.min())
         report = self.report
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
@@ -400,9 +401,10 @@ class _Run:
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _fused(self, kept: trapezium_sweep.Sweep, done: float, share: float) -> Iterator[int]:
-        worst = float(kept.squares.min())
+        if self.worst < 0.0:  # where nothing is inverted nothing will be, and the worst is never asked for
+            self.worst = float(kept.squares.min())
         for number, (blocks, _) in enumerate(self.classes):
-            yield trapezium_sweep.sweep(self.state, kept, MARGIN, worst, *blocks)
+            yield trapezium_sweep.sweep(self.state, kept, MARGIN, self.worst, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _operations(self, done: float, share: float) -> Iterator[int]:

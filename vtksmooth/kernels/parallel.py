@@ -77,11 +77,12 @@ def run(
     total = int((ends - starts).sum())
     if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
-    # Four shares a thread even out what the system takes from a core. This thread works too, and whoever
-    # is ready takes the next share: one that wakes late, or is taken from its core, holds up nobody.
-    count = min(len(starts), 4 * threads)
-    bounds = np.arange(count + 1) * len(starts) // count
-    results: list[Any] = [None] * count
+    # This thread works too, and whoever is ready takes the next share: one that wakes late, or is taken from
+    # its core, holds up nobody. Shares get smaller towards the end, so that all threads end together.
+    bounds = [0]
+    while bounds[-1] < len(starts):
+        bounds.append(bounds[-1] + max(1, (len(starts) - bounds[-1]) // (2 * threads)))
+    results: list[Any] = [None] * (len(bounds) - 1)
     shares = iter([(i, starts[a:b], ends[a:b]) for i, (a, b) in enumerate(itertools.pairwise(bounds))])
 
     def work() -> None:

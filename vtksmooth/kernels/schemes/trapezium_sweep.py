@@ -9,13 +9,36 @@ import numpy.typing as npt
 
 from .. import parallel
 from ..compiled import device, kernel
-from ..lanes import WIDTH, absolute, gather, load, pack, select, spread, square_root, store
+from ..lanes import (
+    WIDTH,
+    absolute,
+    everywhere,
+    gather,
+    load,
+    narrow,
+    pack,
+    select,
+    spread,
+    square_root,
+    store,
+    unpack,
+)
 from ..state import State
 from . import Float64, Int64
 
 #: Two angles whose cosines differ by less are equal, and the neighbour that comes first in the star is
 #: taken: on regular meshes rounding would otherwise choose, differently in each pose.
 EQUAL_COSINES = 1e-12
+
+#: Cosines computed in float32 are right to a few 1e-7. Where the lowest is lower than the others by more than
+#: this, float64 would find the same.
+_CLEAR = 1e-5
+
+#: In float32 squares of lengths beyond these are not worth much.
+_SHORTEST, _LONGEST = 1e-30, 1e30
+
+#: Rows of a neighbour in what :func:`_read_rings` writes: its coordinates, and the square of its distance.
+_ROWS = 4
 
 #: Larger rings are left to the parts.
 WIDEST_RING = 255
@@ -76,57 +99,125 @@ def _mark_fours(starts, ends, near, pinned, kinds):  # type: ignore[no-untyped-d
 
 
 @device
-def _displacement(size, x, y, z, place, unit, square, chord, cosines):  # type: ignore[no-untyped-def]
-    # As trapezium.displacement: the mean of the p0_i - p0.
+def _read_rings(size, ring, first, points, x, y, z, place, unit):  # type: ignore[no-untyped-def]
+    """Write neighbours and, in float32, their directions; return whether float32 can hold the lengths."""
+    f, g, h, i = first
+    shortest = narrow(spread(1.0))
+    longest = shortest
+    for r in range(size):
+        at = np.uintp(r)
+        px, py, pz = gather(points, ring[f + at], ring[g + at], ring[h + at], ring[i + at])
+        store(place, _ROWS * r, px)
+        store(place, _ROWS * r + 1, py)
+        store(place, _ROWS * r + 2, pz)
+        px -= x
+        py -= y
+        pz -= z
+        square = px * px + py * py + pz * pz
+        store(place, _ROWS * r + 3, square)
+        store(unit, 3 * r, narrow(px))
+        store(unit, 3 * r + 1, narrow(py))
+        store(unit, 3 * r + 2, narrow(pz))
+    # In a loop of its own: more of these roots and divisions are then under way at a time.
+    for r in range(size):
+        length = narrow(load(place, _ROWS * r + 3))
+        shortest = select(length < shortest, length, shortest)
+        longest = select(length < longest, longest, length)
+        inverse = 1.0 / square_root(length)
+        store(unit, 3 * r, load(unit, 3 * r) * inverse)
+        store(unit, 3 * r + 1, load(unit, 3 * r + 1) * inverse)
+        store(unit, 3 * r + 2, load(unit, 3 * r + 2) * inverse)
+    return (shortest > _SHORTEST) & (longest < _LONGEST)
+
+
+@device
+def _find_partners(size, unit, cosines, partner):  # type: ignore[no-untyped-def]
+    """Write where each neighbour's partner begins in `place`; return whether float64 would find the same."""
+    none = narrow(spread(2.0))
+    clear = none
+    for i in range(size):
+        ux = load(unit, 3 * i)
+        uy = load(unit, 3 * i + 1)
+        uz = load(unit, 3 * i + 2)
+        lowest = none
+        second = none
+        found = narrow(spread(0.0))
+        at = found
+        for j in range(i):
+            cosine = load(cosines, size * j + i)
+            lower = cosine < lowest
+            higher = select(lower, lowest, cosine)
+            second = select(higher < second, higher, second)
+            lowest = select(lower, cosine, lowest)
+            found = select(lower, at, found)
+            at += float(_ROWS * WIDTH)
+        for j in range(i + 1, size):
+            at += float(_ROWS * WIDTH)
+            cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
+            store(cosines, size * i + j, cosine)
+            lower = cosine < lowest
+            higher = select(lower, lowest, cosine)
+            second = select(higher < second, higher, second)
+            lowest = select(lower, cosine, lowest)
+            found = select(lower, at, found)
+        store(partner, i, found)
+        lead = second - lowest
+        clear = select(lead < clear, lead, clear)
+    return clear > _CLEAR
+
+
+@device
+def _find_partners_surely(size, place, x, y, z, unit, partner):  # type: ignore[no-untyped-def]
+    """Write where each neighbour's partner begins in `place`; return how many have one."""
+    for i in range(size):
+        inverse = 1.0 / square_root(load(place, _ROWS * i + 3))
+        store(unit, 3 * i, (load(place, _ROWS * i) - x) * inverse)
+        store(unit, 3 * i + 1, (load(place, _ROWS * i + 1) - y) * inverse)
+        store(unit, 3 * i + 2, (load(place, _ROWS * i + 2) - z) * inverse)
+    count = spread(0.0)
     for i in range(size):
         ux = load(unit, 3 * i)
         uy = load(unit, 3 * i + 1)
         uz = load(unit, 3 * i + 2)
         # Cosines below this are lower than the lowest so far, and not equal to it.
         bound = spread(2.0 - EQUAL_COSINES)
-        px = x
-        py = y
-        pz = z
-        for j in range(i):
-            cosine = load(cosines, size * j + i)
-            lower = cosine < bound
-            bound = select(lower, cosine - EQUAL_COSINES, bound)
-            px = select(lower, load(place, 3 * j), px)
-            py = select(lower, load(place, 3 * j + 1), py)
-            pz = select(lower, load(place, 3 * j + 2), pz)
-        for j in range(i + 1, size):
-            cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
-            store(cosines, size * i + j, cosine)
-            lower = cosine < bound
-            bound = select(lower, cosine - EQUAL_COSINES, bound)
-            px = select(lower, load(place, 3 * j), px)
-            py = select(lower, load(place, 3 * j + 1), py)
-            pz = select(lower, load(place, 3 * j + 2), pz)
-        # The unit spoke has served: its place is taken by p_i - p_j.
-        wx = load(place, 3 * i) - px
-        wy = load(place, 3 * i + 1) - py
-        wz = load(place, 3 * i + 2) - pz
-        store(unit, 3 * i, wx)
-        store(unit, 3 * i + 1, wy)
-        store(unit, 3 * i + 2, wz)
-        # A spoke of no length has no partner.
-        store(chord, i, select(bound < 1.5, wx * wx + wy * wy + wz * wz, -1.0))
-        px -= x
-        py -= y
-        pz -= z
-        store(square, i, load(square, i) - (px * px + py * py + pz * pz))
+        # A spoke of no length has no partner. It stands as its own, and asks for nothing.
+        found = spread(float(_ROWS * WIDTH * i))
+        for j in range(size):
+            if j != i:
+                cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
+                lower = cosine < bound
+                bound = select(lower, cosine - EQUAL_COSINES, bound)
+                found = select(lower, float(_ROWS * WIDTH * j), found)
+        count += select(bound < 1.5, 1.0, 0.0)
+        store(partner, i, found)
+    return select(count > 1.0, count, 1.0)
+
+
+@device
+def _displacement(size, place, flat, partner, count):  # type: ignore[no-untyped-def]
+    # As trapezium.displacement: the mean of the p0_i - p0.
     dx = spread(0.0)
     dy = spread(0.0)
     dz = spread(0.0)
-    count = spread(0.0)
     for i in range(size):
-        length = load(chord, i)
-        part = select(length > 0.0, 0.5 * load(square, i) / length, 0.0)
-        dx += part * load(unit, 3 * i)
-        dy += part * load(unit, 3 * i + 1)
-        dz += part * load(unit, 3 * i + 2)
-        count += select(length >= 0.0, 1.0, 0.0)
-    count = select(count > 1.0, count, 1.0)
+        # Lane after lane, so that the next row is four numbers on.
+        a = np.uintp(partner[i, 0])
+        b = np.uintp(partner[i, 1]) + np.uintp(1)
+        c = np.uintp(partner[i, 2]) + np.uintp(2)
+        d = np.uintp(partner[i, 3]) + np.uintp(3)
+        y = np.uintp(WIDTH)
+        z = np.uintp(2 * WIDTH)
+        s = np.uintp(3 * WIDTH)
+        wx = load(place, _ROWS * i) - pack(flat[a], flat[b], flat[c], flat[d])
+        wy = load(place, _ROWS * i + 1) - pack(flat[a + y], flat[b + y], flat[c + y], flat[d + y])
+        wz = load(place, _ROWS * i + 2) - pack(flat[a + z], flat[b + z], flat[c + z], flat[d + z])
+        difference = load(place, _ROWS * i + 3) - pack(flat[a + s], flat[b + s], flat[c + s], flat[d + s])
+        chord = wx * wx + wy * wy + wz * wz
+        part = select(chord > 0.0, 0.5 * difference / chord, 0.0)
+        dx += part * wx
+        dy += part * wy
+        dz += part * wz
     return dx / count, dy / count, dz / count
 
 
@@ -143,6 +234,67 @@ def _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz):  # type: ignore[
     return select(length == 0.0, 0.0, q)
 
 
+@device
+def _faces(corners, first, r):  # type: ignore[no-untyped-def]
+    f, g, h, i = first
+    at = np.uintp(r)
+    three = np.uintp(3)
+    return (
+        np.uintp(corners[f + at]) // three,
+        np.uintp(corners[g + at]) // three,
+        np.uintp(corners[h + at]) // three,
+        np.uintp(corners[i + at]) // three,
+    )
+
+
+@device
+def _judge(  # type: ignore[no-untyped-def]
+    faces, corners, first, squares, reference, place, after, before, x, y, z, old, new, margin, worst
+):
+    """Write what faces are worth and would be worth; return where the gate lets vertices go to (x, y, z)."""
+    lowest_old = spread(np.inf)
+    lowest = spread(np.inf)
+    at = -1
+    bx = x
+    by = y
+    bz = z
+    bb = x
+    for r in range(faces):
+        f, g, h, i = _faces(corners, first, r)
+        q = pack(squares[f], squares[g], squares[h], squares[i])
+        store(old, r, q)
+        lowest_old = select(q < lowest_old, q, lowest_old)
+        if after[r] != at:  # seldom: the last corner of a face is the first of the next
+            at = after[r]
+            bx = load(place, _ROWS * at) - x
+            by = load(place, _ROWS * at + 1) - y
+            bz = load(place, _ROWS * at + 2) - z
+            bb = bx * bx + by * by + bz * bz
+        ax = bx
+        ay = by
+        az = bz
+        aa = bb
+        at = before[r]
+        bx = load(place, _ROWS * at) - x
+        by = load(place, _ROWS * at + 1) - y
+        bz = load(place, _ROWS * at + 2) - z
+        bb = bx * bx + by * by + bz * bz
+        rx, ry, rz = gather(reference, f, g, h, i)
+        q = _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
+        store(new, r, q)
+        lowest = select(q < lowest, q, lowest)
+    better = lowest > lowest_old + margin * absolute(lowest_old)
+    if not everywhere(lowest_old >= 0.0):  # seldom: something is inverted
+        inverted_old = spread(0.0)
+        inverted = spread(0.0)
+        for r in range(faces):
+            inverted_old += select(load(old, r) < 0.0, 1.0, 0.0)
+            inverted += select(load(new, r) < 0.0, 1.0, 0.0)
+        better = (inverted == inverted_old) & better
+        better = better | ((inverted < inverted_old) & (lowest >= worst))
+    return better
+
+
 @kernel
 def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest, margin, worst):  # type: ignore[no-untyped-def]
     ring = near.ring
@@ -150,13 +302,14 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
     rows = near.corner_offsets
     corners = near.corners
     group = np.zeros(WIDTH, np.int64)
-    place = np.empty((3 * widest, WIDTH))
+    place = np.empty((_ROWS * widest, WIDTH))
+    flat = place.reshape(-1)
     unit = np.empty((3 * widest, WIDTH))
-    square = np.empty((widest, WIDTH))
-    chord = np.empty((widest, WIDTH))
-    cosines = np.empty((widest * widest, WIDTH))
-    proposed = np.empty((widest, WIDTH))
-    target = np.empty((4, WIDTH))
+    thin_unit = np.empty((3 * widest, WIDTH), np.float32)
+    cosines = np.empty((widest * widest, WIDTH), np.float32)
+    partner = np.empty((widest, WIDTH), np.int32)
+    old = np.empty((widest, WIDTH))
+    new = np.empty((widest, WIDTH))
     # Where in the ring the next and the previous corner of each face stand.
     after = np.empty(widest, np.int64)
     before = np.empty(widest, np.int64)
@@ -165,8 +318,7 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
     for part in range(starts.size):
         v = starts[part]
         while v < ends[part]:
-            # Up to four free vertices of one colour with rings of one size. (No function of its own: it would
-            # count references to its arrays, at each call.)
+            # Up to four free vertices of one colour with rings of one size.
             count = 0
             size = offsets[v + 1] - offsets[v]
             if kinds[v] & _FOUR:
@@ -189,102 +341,60 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 continue
             for lane in range(count, WIDTH):
                 group[lane] = group[0]
-            g0 = np.uintp(group[0])
-            g1 = np.uintp(group[1])
-            g2 = np.uintp(group[2])
-            g3 = np.uintp(group[3])
-            first0 = np.uintp(offsets[g0])
-            first1 = np.uintp(offsets[g1])
-            first2 = np.uintp(offsets[g2])
-            first3 = np.uintp(offsets[g3])
-            x, y, z = gather(points, g0, g1, g2, g3)
-            for i in range(size):
-                w0 = np.uintp(ring[first0 + np.uintp(i)])
-                w1 = np.uintp(ring[first1 + np.uintp(i)])
-                w2 = np.uintp(ring[first2 + np.uintp(i)])
-                w3 = np.uintp(ring[first3 + np.uintp(i)])
-                px, py, pz = gather(points, w0, w1, w2, w3)
-                store(place, 3 * i, px)
-                store(place, 3 * i + 1, py)
-                store(place, 3 * i + 2, pz)
-                px -= x
-                py -= y
-                pz -= z
-                length = px * px + py * py + pz * pz
-                store(square, i, length)
-                inverse = 1.0 / square_root(length)
-                store(unit, 3 * i, px * inverse)
-                store(unit, 3 * i + 1, py * inverse)
-                store(unit, 3 * i + 2, pz * inverse)
-            dx, dy, dz = _displacement(size, x, y, z, place, unit, square, chord, cosines)
-            x += dx
-            y += dy
-            z += dz
-            if kinds[g0] & _ALONE:
-                _find_places(g0, near, after, before)
+            a = np.uintp(group[0])
+            b = np.uintp(group[1])
+            c = np.uintp(group[2])
+            d = np.uintp(group[3])
+            ox, oy, oz = gather(points, a, b, c, d)
+            first = (np.uintp(offsets[a]), np.uintp(offsets[b]), np.uintp(offsets[c]), np.uintp(offsets[d]))
+            sure = _read_rings(size, ring, first, points, ox, oy, oz, place, thin_unit)
+            sure = sure & _find_partners(size, thin_unit, cosines, partner)
+            partners = spread(float(max(size, 1)))
+            if not everywhere(sure):
+                partners = _find_partners_surely(size, place, ox, oy, oz, unit, partner)
+            x, y, z = _displacement(size, place, flat, partner, partners)
+            x += ox
+            y += oy
+            z += oz
+            if kinds[a] & _ALONE:
+                _find_places(a, near, after, before)
                 filled = 0
             elif size != filled:
-                for i in range(size):
-                    after[i] = i
-                    before[i] = i + 1
+                for r in range(size):
+                    after[r] = r
+                    before[r] = r + 1
                 before[size - 1] = 0
                 filled = size
-            row0 = np.uintp(rows[g0])
-            row1 = np.uintp(rows[g1])
-            row2 = np.uintp(rows[g2])
-            row3 = np.uintp(rows[g3])
-            old_inverted = spread(0.0)
-            inverted = spread(0.0)
-            old = spread(np.inf)
-            new = spread(np.inf)
-            at = -1
-            bx = x
-            by = y
-            bz = z
-            bb = x
-            for i in range(rows[g0 + 1] - rows[g0]):
-                f0 = np.uintp(corners[row0 + np.uintp(i)]) // np.uintp(3)
-                f1 = np.uintp(corners[row1 + np.uintp(i)]) // np.uintp(3)
-                f2 = np.uintp(corners[row2 + np.uintp(i)]) // np.uintp(3)
-                f3 = np.uintp(corners[row3 + np.uintp(i)]) // np.uintp(3)
-                q = pack(squares[f0], squares[f1], squares[f2], squares[f3])
-                old_inverted += select(q < 0.0, 1.0, 0.0)
-                old = select(q < old, q, old)
-                if after[i] != at:  # seldom: the last corner of a face is the first of the next
-                    at = after[i]
-                    bx = load(place, 3 * at) - x
-                    by = load(place, 3 * at + 1) - y
-                    bz = load(place, 3 * at + 2) - z
-                    bb = bx * bx + by * by + bz * bz
-                ax = bx
-                ay = by
-                az = bz
-                aa = bb
-                at = before[i]
-                bx = load(place, 3 * at) - x
-                by = load(place, 3 * at + 1) - y
-                bz = load(place, 3 * at + 2) - z
-                bb = bx * bx + by * by + bz * bz
-                rx, ry, rz = gather(reference, f0, f1, f2, f3)
-                q = _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
-                store(proposed, i, q)
-                inverted += select(q < 0.0, 1.0, 0.0)
-                new = select(q < new, q, new)
-            better = (inverted == old_inverted) & (new > old + margin * absolute(old))
-            better = better | ((inverted < old_inverted) & (new >= worst))
-            store(target, 0, x)
-            store(target, 1, y)
-            store(target, 2, z)
-            store(target, 3, select(better, 1.0, 0.0))
+            faces = rows[a + 1] - rows[a]
+            first = (np.uintp(rows[a]), np.uintp(rows[b]), np.uintp(rows[c]), np.uintp(rows[d]))
+            better = _judge(
+                faces,
+                corners,
+                first,
+                squares,
+                reference,
+                place,
+                after,
+                before,
+                x,
+                y,
+                z,
+                old,
+                new,
+                margin,
+                worst,
+            )
+            # Written whether they move or not: nobody can guess which, and a wrong guess costs more.
+            points[a, 0], points[b, 0], points[c, 0], points[d, 0] = unpack(select(better, x, ox))
+            points[a, 1], points[b, 1], points[c, 1], points[d, 1] = unpack(select(better, y, oy))
+            points[a, 2], points[b, 2], points[c, 2], points[d, 2] = unpack(select(better, z, oz))
+            for r in range(faces):
+                f, g, h, i = _faces(corners, first, r)
+                q = select(better, load(new, r), load(old, r))
+                squares[f], squares[g], squares[h], squares[i] = unpack(q)
+            store(old, 0, select(better, 1.0, 0.0))
             for lane in range(count):
-                if target[3, lane] > 0.0:
-                    w = np.uintp(group[lane])
-                    for axis in range(3):
-                        points[w, axis] = target[axis, lane]
-                    row = np.uintp(rows[w])
-                    for i in range(rows[w + 1] - rows[w]):
-                        squares[np.uintp(corners[row + np.uintp(i)]) // np.uintp(3)] = proposed[i, lane]
-                    moved += 1
+                moved += int(old[0, lane])
     return moved
 
 
