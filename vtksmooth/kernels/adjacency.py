@@ -228,8 +228,9 @@ def _collect_rings(  # type: ignore[no-untyped-def]
         first = rows[v]
         row = rows[v + 1] - first
         if border[v] == 0:
-            ring[k : k + row] = after[first : first + row]
-            k += row
+            for i in range(first, first + row):
+                ring[k] = after[i]
+                k += 1
             ring_offsets[v + 1] = k
             continue
         start = k
@@ -381,9 +382,10 @@ def _turn_into_cycles(starts, ends, near, widest):  # type: ignore[no-untyped-de
                         found += 1
                         break
             if found == size:  # otherwise several fans meet at v
-                near.corners[row : row + size] = corners[:size]
                 first = near.ring_offsets[v]
-                near.ring[first : first + size] = after[:size]
+                for i in range(size):
+                    near.corners[row + i] = corners[i]
+                    near.ring[first + i] = after[i]
 
 
 def turn_into_cycles(near: Adjacency) -> None:

@@ -228,7 +228,7 @@ def gather(typing_context, rows, i, j, k, l):  # type: ignore[no-untyped-def]  #
 
 @intrinsic
 def load(typing_context, rows, row):  # type: ignore[no-untyped-def]
-    """Return a row of a C-contiguous (n, 4) array, float64 or float32, as lanes as wide."""
+    """Return a row of a C-contiguous array, float64 or float32, in rows of four, as lanes as wide."""
     lanes = _lanes if rows.dtype == types.float64 else _narrow
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
@@ -239,7 +239,7 @@ def load(typing_context, rows, row):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def store(typing_context, rows, row, value):  # type: ignore[no-untyped-def]
-    """Write lanes to a row of a C-contiguous (n, 4) array: of such numbers, or of int32, towards zero."""
+    """Write lanes to a row of a C-contiguous array in rows of four; to int32 rounded towards zero."""
 
     def build(context, builder, sig, args):  # type: ignore[no-untyped-def]
         vector = ir.VectorType(context.get_value_type(rows.dtype), WIDTH)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import parallel
-from ..compiled import device, kernel
+from ..compiled import device, kernel, routine
 from ..lanes import (
     WIDTH,
     absolute,
@@ -166,7 +166,7 @@ def _find_partners(size, unit, cosines, partner):  # type: ignore[no-untyped-def
     return clear > _CLEAR
 
 
-@device
+@routine
 def _find_partners_surely(size, place, x, y, z, unit, partner):  # type: ignore[no-untyped-def]
     """Write where each neighbour's partner begins in `place`; return how many have one."""
     for i in range(size):
@@ -195,7 +195,7 @@ def _find_partners_surely(size, place, x, y, z, unit, partner):  # type: ignore[
 
 
 @device
-def _displacement(size, place, flat, partner, count):  # type: ignore[no-untyped-def]
+def _displacement(size, place, partner, count):  # type: ignore[no-untyped-def]
     # As trapezium.displacement: the mean of the p0_i - p0.
     dx = spread(0.0)
     dy = spread(0.0)
@@ -209,10 +209,10 @@ def _displacement(size, place, flat, partner, count):  # type: ignore[no-untyped
         y = np.uintp(WIDTH)
         z = np.uintp(2 * WIDTH)
         s = np.uintp(3 * WIDTH)
-        wx = load(place, _ROWS * i) - pack(flat[a], flat[b], flat[c], flat[d])
-        wy = load(place, _ROWS * i + 1) - pack(flat[a + y], flat[b + y], flat[c + y], flat[d + y])
-        wz = load(place, _ROWS * i + 2) - pack(flat[a + z], flat[b + z], flat[c + z], flat[d + z])
-        difference = load(place, _ROWS * i + 3) - pack(flat[a + s], flat[b + s], flat[c + s], flat[d + s])
+        wx = load(place, _ROWS * i) - pack(place[a], place[b], place[c], place[d])
+        wy = load(place, _ROWS * i + 1) - pack(place[a + y], place[b + y], place[c + y], place[d + y])
+        wz = load(place, _ROWS * i + 2) - pack(place[a + z], place[b + z], place[c + z], place[d + z])
+        difference = load(place, _ROWS * i + 3) - pack(place[a + s], place[b + s], place[c + s], place[d + s])
         chord = wx * wx + wy * wy + wz * wz
         part = select(chord > 0.0, 0.5 * difference / chord, 0.0)
         dx += part * wx
@@ -302,8 +302,7 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
     rows = near.corner_offsets
     corners = near.corners
     group = np.zeros(WIDTH, np.int64)
-    place = np.empty((_ROWS * widest, WIDTH))
-    flat = place.reshape(-1)
+    place = np.empty(_ROWS * widest * WIDTH)
     unit = np.empty((3 * widest, WIDTH))
     thin_unit = np.empty((3 * widest, WIDTH), np.float32)
     cosines = np.empty((widest * widest, WIDTH), np.float32)
@@ -352,7 +351,7 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
             partners = spread(float(max(size, 1)))
             if not everywhere(sure):
                 partners = _find_partners_surely(size, place, ox, oy, oz, unit, partner)
-            x, y, z = _displacement(size, place, flat, partner, partners)
+            x, y, z = _displacement(size, place, partner, partners)
             x += ox
             y += oy
             z += oz
