@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import parallel
 from .compiled import device, kernel
+from .lanes import select
 from .mesh import LARGEST_POLYGON, Mesh
 
 Float32 = npt.NDArray[np.float32]
@@ -28,20 +29,17 @@ def spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz):  # type: ignore[n
 
     aa and bb are the squares of a and b. With N = a x b (twice the area) and l1^2 + l2^2 + l3^2 =
     2 (aa + bb - a.b), k^2 is 3 N^2 / (aa + bb - a.b)^2. The sign is that of N against the reference
-    direction r.
+    direction r. Numbers, or lanes of four triangles.
     """
     nx = ay * bz - az * by
     ny = az * bx - ax * bz
     nz = ax * by - ay * bx
     length = aa + bb - (ax * bx + ay * by + az * bz)
-    if length == 0.0:
-        return 0.0
     # One division, and before the square: lengths of 1e-60 do not underflow.
     inverse = 1.0 / length
     q = 3.0 * ((nx * nx + ny * ny + nz * nz) * inverse * inverse)
-    if nx * rx + ny * ry + nz * rz < 0.0:
-        return -q
-    return q
+    q = select(nx * rx + ny * ry + nz * rz < 0.0, -q, q)
+    return select(length == 0.0, 0.0, q)
 
 
 @device

@@ -23,6 +23,7 @@ from ..lanes import (
     store,
     unpack,
 )
+from ..quality import spokes_square
 from ..state import State
 from . import Float64, Int64
 
@@ -222,19 +223,6 @@ def _displacement(size, place, partner, count):  # type: ignore[no-untyped-def]
 
 
 @device
-def _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz):  # type: ignore[no-untyped-def]
-    # As quality.spokes_square.
-    nx = ay * bz - az * by
-    ny = az * bx - ax * bz
-    nz = ax * by - ay * bx
-    length = aa + bb - (ax * bx + ay * by + az * bz)
-    inverse = 1.0 / length
-    q = 3.0 * ((nx * nx + ny * ny + nz * nz) * inverse * inverse)
-    q = select(nx * rx + ny * ry + nz * rz < 0.0, -q, q)
-    return select(length == 0.0, 0.0, q)
-
-
-@device
 def _faces(corners, first, r):  # type: ignore[no-untyped-def]
     f, g, h, i = first
     at = np.uintp(r)
@@ -280,7 +268,7 @@ def _judge(  # type: ignore[no-untyped-def]
         bz = load(place, _ROWS * at + 2) - z
         bb = bx * bx + by * by + bz * bz
         rx, ry, rz = gather(reference, f, g, h, i)
-        q = _spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
+        q = spokes_square(ax, ay, az, aa, bx, by, bz, bb, rx, ry, rz)
         store(new, r, q)
         lowest = select(q < lowest, q, lowest)
     better = lowest > lowest_old + margin * absolute(lowest_old)
