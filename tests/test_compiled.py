@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
 
 import vtksmooth
@@ -104,3 +106,16 @@ def test_an_import_compiles_nothing(tmp_path: Path) -> None:
         env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, check=True,
     )  # fmt: skip
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+def test_helpers_that_count_no_references_cannot_make_arrays():
+    @compiled.device
+    def helper(n):  # type: ignore[no-untyped-def]
+        return np.zeros(n).sum()
+
+    @numba.njit
+    def caller(n):  # type: ignore[no-untyped-def]
+        return helper(n)
+
+    with pytest.raises(numba.TypingError, match="returning of array"):
+        caller(3)

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth.errors import Cancelled, ParameterError
-from vtksmooth.kernels import adjacency, features, loop, measure, parallel, quality
+from vtksmooth.kernels import adjacency, features, loop, measure, quality
 from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
@@ -361,29 +361,6 @@ def test_a_mesh_without_free_points():
             points, report = loop.smooth(mesh, TrapeziumDrawing(), gate, iterations=5)
             np.testing.assert_array_equal(points, mesh.points)
             assert report.stop_reason == "nothing-to-do"
-
-
-# -- threads ------------------------------------------------------------------------------------------
-
-
-def test_number_of_threads(monkeypatch):
-    monkeypatch.setenv("VTKSMOOTH_THREADS", "3")
-    assert parallel.number_of_threads() == 3
-    parallel.set_number_of_threads(2)
-    assert parallel.number_of_threads() == 2
-    parallel.set_number_of_threads(0)
-    assert parallel.number_of_threads() == 3
-    monkeypatch.setenv("VTKSMOOTH_THREADS", "many")
-    assert parallel.number_of_threads() >= 1
-    with pytest.raises(ParameterError, match="threads"):
-        parallel.set_number_of_threads(-1)
-
-
-def test_ranges_do_not_depend_on_threads_and_cover_everything():
-    starts, ends = parallel.ranges(10_000, 4096)
-    assert starts.tolist() == [0, 4096, 8192]
-    assert ends.tolist() == [4096, 8192, 10_000]
-    assert len(parallel.ranges(0)[0]) == 0
 
 
 def test_a_mask_of_another_length_is_refused():

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -93,8 +93,9 @@ def run(
     helpers = [executor.submit(work) for _ in range(threads - 1)]
     try:
         work()
-    finally:
-        for helper in helpers:
-            if not helper.cancel():
-                helper.result()
+    finally:  # whoever has begun must end before anybody else uses the arrays
+        begun = [helper for helper in helpers if not helper.cancel()]
+        wait(begun)
+    for helper in begun:
+        helper.result()
     return results
