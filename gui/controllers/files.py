@@ -102,17 +102,19 @@ class Files(QObject):
     @Slot(object)
     def _read(self, found: list[tuple[Path, Any]]) -> None:
         self._window.statusBar().clearMessage()
-        said, wrong = [], []
+        said, wrong, layers = [], [], []
         for path, result in found:
             if isinstance(result, Exception):
                 wrong.append(explain(result))
                 self._settings.remove_recent(path)
                 continue
             state, notes = result
-            self._document.open(state, path)
+            layers.append(self._document.open(state, path))
             self._settings.add_recent(path)
             self._settings.set("folder", str(path.resolve().parent))
             said += notes
+        if layers:
+            self._document.activate(layers[0])  # a skin and the space for it are named in that order
         if wrong:
             self._window.notification.say(" ".join(wrong), "error")
         elif said:

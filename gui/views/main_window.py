@@ -80,7 +80,8 @@ class MainWindow(QMainWindow):
             action("run_recipe"), action("revert_recipe"), (action("open_recipe"), action("save_recipe"))
         )
         self.measurements = MeasureTable(
-            [action(f"measure_{kind}") for kind in Kind] + [action("remove_measurements")]
+            [action(f"measure_{kind}") for kind in Kind] + [action("remove_measurements")],
+            self.menus["Measure > Unit"],
         )
         self.section = SectionPlot([action(f"section{end}") for end in ("", "_x", "_y", "_z", "_view")])
         self.hint = QLabel(

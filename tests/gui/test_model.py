@@ -118,7 +118,8 @@ def test_a_reference_with_the_same_points_is_what_before_means():
     document = Document()
     layer = document.open(sphere(), Path("a.ply"))
     other = document.open(sphere(1.0), Path("b.ply"))
-    assert document.active is layer
+    assert document.active is other  # what was opened last
+    document.activate(layer)
     assert document.before is layer.opened
     document.set_role(other, Role.REFERENCE)
     assert document.before is other.state
@@ -282,6 +283,7 @@ def test_edits_stay_with_their_layer_until_they_are_dropped():
     assert (len(draft.recipe), draft.edited) == (0, False)
     layer = document.open(sphere(), Path("a.ply"))
     other = document.open(sphere(), Path("b.ply"))
+    document.activate(layer)
     smooth(document, layer)
     draft.set(draft.recipe.changed(0, iterations=5))
     assert (draft.edited, draft.first_to_run) == (True, 0)

@@ -628,6 +628,15 @@ def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
 # -- the rest ------------------------------------------------------------------------------------------
 
 
+def test_what_is_opened_is_worked_on(user, ant, big):
+    user.drop(ant)
+    user.drop(big)
+    assert user.document.active.name == "big"
+    assert user.display.subject.state is user.document.layers[1].state
+    user.drop(ant, big)
+    assert user.document.active is user.document.layers[2]
+
+
 def test_layers_have_roles_and_can_be_hidden(user, ant, tmp_path):
     box = pv.read(ant)
     box.points = box.points * 1.5
