@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
@@ -22,6 +24,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QSplitter,
     QToolBar,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -45,7 +48,7 @@ from .numbers_table import NumbersTable
 from .recipe_list import RecipeList
 from .region_panel import RegionPanel
 from .section_plot import SectionPlot
-from .theme import Theme
+from .theme import Theme, show_checked
 from .worst_list import WorstList
 
 
@@ -92,6 +95,10 @@ class MainWindow(QMainWindow):
         self.overlays.setToolTip("What is shown on the mesh")
         self._arrange()
         self._make_tool_bar()
+        for button in self.findChildren(QToolButton):
+            if button.isCheckable() and button.defaultAction():
+                button.toggled.connect(partial(show_checked, button))
+                show_checked(button, button.isChecked())
         self.resize(QSize(1600, 950).boundedTo(QGuiApplication.primaryScreen().availableSize()))
         geometry, state = settings.layout("geometry"), settings.layout("state")
         if geometry is not None and state is not None:

@@ -418,7 +418,16 @@ def test_brushing_the_histogram_selects_faces(user, ant):
     selected = user.display.selected
     user.do("overlay_mean_curvature")
     assert np.array_equal(user.display.selected, selected)
+    assert not user.window.histogram.brush.isVisible()  # these are other values
+    user.do("overlay_aspect_ratio")
+    assert user.window.histogram.brush.isVisible()
+    assert np.array_equal(user.display.selected, selected)
+    user.do("overlay_mean_curvature")
     user.do("lock_brush")
+    assert user.display.selected is None
+    user.window.histogram.set_brush((0.0, 1.0))
+    user.wait(lambda: user.display.selected is not None)
+    assert user.window.histogram.brush.isVisible()
     user.do("overlay_aspect_ratio")
     assert user.display.selected is None
     assert not user.window.view._marks["brush"].actor.GetVisibility()
@@ -690,6 +699,26 @@ def test_what_is_set_is_remembered(user, ant, open_window):
     assert again.window.palette().window().color().lightness() < 100
     again.window.menus["File"].aboutToShow.emit()
     assert again.window.recent.actions()[0].text().endswith("ant.ply")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_what_is_switched_on_is_seen(user, ant, theme):
+    from PySide6.QtWidgets import QToolButton
+
+    user.drop(ant)
+
+    def shade(command):
+        buttons = user.window.findChildren(QToolButton)
+        button = next(one for one in buttons if one.defaultAction() is user.window.action(command))
+        return button.palette().button().color().lightness()
+
+    if theme == "dark":
+        user.do("dark")
+    off = shade("region_brush")
+    user.do("region_brush")
+    assert abs(shade("region_brush") - off) > 40
+    user.do("region_camera")
+    assert shade("region_brush") == off
 
 
 def test_closing_while_a_filter_runs_is_safe(user, big):
