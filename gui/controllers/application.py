@@ -237,5 +237,6 @@ class Application(QObject):
         for id in _REMEMBERED:
             self.settings.set(id, self.window.action(id).isChecked())
         self.filtering.remember()
+        self.window.hide()  # what a worker is in the middle of may take a second to end
         self.jobs.close()
         self.sessions.close()

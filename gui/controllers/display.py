@@ -26,7 +26,7 @@ from .jobs import Context, Jobs
 
 #: Colour and opacity of the layers that are not worked on.
 _CONTEXT = {
-    Role.MESH: ((0.72, 0.75, 0.80), 1.0),
+    Role.MESH: ((0.72, 0.75, 0.80), 0.45),
     Role.REFERENCE: ((0.55, 0.58, 0.62), 0.45),
     Role.SPACE: ((0.25, 0.50, 0.80), 0.35),
 }

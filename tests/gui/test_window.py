@@ -646,6 +646,16 @@ def test_what_is_opened_is_worked_on(user, ant, big):
     assert user.document.active is user.document.layers[2]
 
 
+def test_other_layers_do_not_hide_the_one_that_is_worked_on(user, ant, big):
+    user.drop(ant, big)
+    ant, big = user.document.layers
+    assert user.window.view._context[big].actor.GetProperty().GetOpacity() < 1
+    user.document.activate(big)
+    user.wait()
+    assert user.window.view._context[ant].actor.GetProperty().GetOpacity() < 1
+    assert big not in user.window.view._context
+
+
 def test_layers_have_roles_and_can_be_hidden(user, ant, tmp_path):
     box = pv.read(ant)
     box.points = box.points * 1.5
@@ -690,8 +700,11 @@ def test_what_is_set_is_remembered(user, ant, open_window):
     user.choose(TrapeziumDrawing, iterations=8)
     user.do("dark")
     user.do("edges")
+    user.window.docks["Log"].close()
     user.window.close()
     again = open_window()
+    assert again.window.docks["Log"].isHidden()
+    assert not again.window.docks["History"].isHidden()
     assert again.window.filters.filter is TrapeziumDrawing
     assert again.window.filters.values() == {"iterations": 8}
     assert again.window.action("dark").isChecked()
