@@ -36,8 +36,8 @@ def explain(error: Exception) -> str:
 class Files(QObject):
     """The commands of the menu File that read and write meshes."""
 
-    #: Files have been read, or could not be.
-    opened = Signal()
+    #: Files have been read, or could not be: the layers that came of them.
+    opened = Signal(list)
     #: A session shall be opened, and meshes after it: their paths.
     session_asked = Signal(object, object)
     #: A recipe shall be opened: its path.
@@ -124,7 +124,7 @@ class Files(QObject):
                 "Several layers are open. What each is for (mesh, reference, installation space) is chosen "
                 "in the list of layers."
             )
-        self.opened.emit()
+        self.opened.emit(layers)
 
     def _list_recent(self) -> None:
         menu = self._window.recent

@@ -51,8 +51,8 @@ class FilterPanel(QWidget):
         self.form.input_chosen.connect(lambda *_: self.edited.emit(False))
         self.progress = QProgressBar(maximum=1000, textVisible=False)
         self.progress.setFixedHeight(6)
-        self.doing = QLabel(" ")
-        self.doing.setMinimumWidth(10)
+        self.doing = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignBottom)
+        self.doing.setMinimumHeight(2 * self.doing.fontMetrics().lineSpacing())
         buttons = QHBoxLayout()
         for action, stretch in ((apply, 2), (cancel, 1)):
             button = QPushButton(action.text())
@@ -124,4 +124,4 @@ class FilterPanel(QWidget):
         """Show how far a run is; None: nothing runs."""
         self.progress.setEnabled(fraction is not None)
         self.progress.setValue(round(1000 * (fraction or 0.0)))
-        self.doing.setText(what or " ")
+        self.doing.setText(what)

@@ -646,6 +646,36 @@ def test_what_is_opened_is_worked_on(user, ant, big):
     assert user.document.active is user.document.layers[2]
 
 
+def test_what_is_opened_is_brought_into_view(user, ant, tmp_path):
+    mesh = pv.read(ant)
+    for name, scale, shift in (
+        ("small", 1e-3, 0.0),
+        ("large", 1e3, 0.0),
+        ("far", 1.0, 1e3),
+        ("near", 1.1, 0.5),
+    ):
+        moved = mesh.copy()
+        moved.points = scale * moved.points + shift
+        moved.save(tmp_path / f"{name}.ply")
+    view = user.window.view
+    for name in ("small", "large", "far"):
+        user.drop(ant)
+        user.do("frame")
+        user.drop(tmp_path / f"{name}.ply")
+        assert view.sees(user.display.subject.state.bounds), name
+        framed = view.camera.GetPosition()
+        user.do("frame")
+        assert np.allclose(view.camera.GetPosition(), framed), name
+    user.drop(ant)
+    user.do("frame")
+    place = view.camera.GetPosition()
+    user.drop(tmp_path / "near.ply")
+    assert view.camera.GetPosition() == place
+    user.window.view.camera.Zoom(50.0)
+    user.drop(tmp_path / "missing.ply")
+    assert view.camera.GetPosition() == place
+
+
 def test_other_layers_do_not_hide_the_one_that_is_worked_on(user, ant, big):
     user.drop(ant, big)
     ant, big = user.document.layers
