@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QProgressBar,
-    QPushButton,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -20,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from vtksmooth.filters import Filter
 
+from .action_button import action_button
 from .filter_form import FilterForm, title
 from .parameter_row import ParameterRow
 
@@ -55,12 +55,7 @@ class FilterPanel(QWidget):
         self.doing.setMinimumHeight(2 * self.doing.fontMetrics().lineSpacing())
         buttons = QHBoxLayout()
         for action, stretch in ((apply, 2), (cancel, 1)):
-            button = QPushButton(action.text())
-            button.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
-            button.clicked.connect(action.trigger)
-            button.setEnabled(action.isEnabled())
-            action.enabledChanged.connect(button.setEnabled)
-            buttons.addWidget(button, stretch)
+            buttons.addWidget(action_button(action), stretch)
         live = QToolButton()
         live.setDefaultAction(preview)
         buttons.insertWidget(0, live)

@@ -122,7 +122,8 @@ class MainWindow(QMainWindow):
                 keys = dict.fromkeys((command.key, command.key.replace("Return", "Enter")))
                 action.setShortcuts([QKeySequence(key) for key in keys])
             tip = command.tip or command.title.rstrip("…")
-            action.setToolTip(tip)
+            key = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            action.setToolTip(f"{tip} ({key})" if key else tip)
             action.setStatusTip(tip)
             if command.checked is not None:
                 action.setCheckable(True)
@@ -167,14 +168,7 @@ class MainWindow(QMainWindow):
                 bar.addWidget(self.overlays)
                 bar.addSeparator()
             menu = command.menu
-            action = self.action(command.id)
-            bar.addAction(action)
-            key = (
-                f" ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})"
-                if command.key
-                else ""
-            )
-            bar.widgetForAction(action).setToolTip(f"{action.toolTip()}{key}")
+            bar.addAction(self.action(command.id))
         self.addToolBar(bar)
 
     def _arrange(self) -> None:
