@@ -1,5 +1,7 @@
 """The model without a window: history, memory, selections."""
 
+import sys
+import threading
 import weakref
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from vtksmooth_gui.model.document import Document  # noqa: E402
 from vtksmooth_gui.model.draft import Draft  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
+from vtksmooth_gui.model.overlays import share  # noqa: E402
 from vtksmooth_gui.model.replay import Replay  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
@@ -125,6 +128,32 @@ def test_a_reference_with_the_same_points_is_what_before_means():
     assert document.before is other.state
     document.set_role(layer, Role.SPACE)
     assert document.space is layer
+
+
+def test_states_share_fields_while_a_worker_computes_more():
+    known = State.of(sphere())
+    other = State.of(known.input())
+    ended = threading.Event()
+
+    def work():
+        while not ended.is_set():
+            for number in range(1000):
+                known.fields["aspect-ratio", number] = known.summaries["quality", number] = None
+            known.fields.clear()
+            known.summaries.clear()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    worker = threading.Thread(target=work)
+    worker.start()
+    try:
+        for _ in range(300):
+            share(known, other)
+    finally:
+        ended.set()
+        worker.join()
+        sys.setswitchinterval(interval)
+    assert other.fields
 
 
 def test_names_of_layers_are_unique():
