@@ -2,14 +2,18 @@
 
     python benchmarks/soak.py [--minutes N] [--seed N] [--output FILE] [MESH ...]
 
-After each step the state is compared with what it must be; memory must stay flat. Ends with status 1 at the
-first thing that is wrong, and writes docs/soak.md otherwise. Needs a display (or xvfb-run).
+After each step the state is compared with what it must be; memory must stay flat, which takes some twenty
+minutes to be shown. Ends with status 1 at the first thing that is wrong, and writes docs/soak.md otherwise.
+Needs a display (or xvfb-run).
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ctypes
 import faulthandler
+import gc
 import random
 import sys
 import tempfile
@@ -19,6 +23,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from PySide6.QtGui import QPixmapCache
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vtksmooth.filters import FILTERS, SmoothingFilter
@@ -48,18 +53,29 @@ _REGIONS = ("region_grow", "region_shrink", "region_invert", "region_soften", "r
 _WARM_UP = 0.5
 #: After so many seconds everything is closed and opened anew, and the memory looked at.
 _ANEW = 6.0
-#: How much memory may grow in an hour of this, megabytes.
-_GROWTH = 200.0
+#: How much memory may grow in an hour of this, megabytes: then it is not told apart from a plateau.
+_GROWTH = 30.0
 _OVERLAYS = tuple(command.id for command in COMMANDS if command.group == "overlay")
 _SMOOTHING = tuple(cls for cls in FILTERS if issubclass(cls, SmoothingFilter) and len(cls.inputs) == 1)
 
 
-def resident() -> float:
-    """Return the memory of this process, megabytes."""
+def resident(which: str = "VmRSS") -> float:
+    """Return the memory of this process, megabytes; VmHWM is the most that it has been."""
     for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("VmRSS"):
+        if line.startswith(which):
             return int(line.split()[1]) / 1024
     return 0.0
+
+
+def tidy() -> None:
+    """Let go of what nobody holds: it is no leak, and comes and goes by chance.
+
+    Objects in cycles, Qt's cache of pixmaps (10 MB at most), and pages that malloc keeps for later.
+    """
+    gc.collect()
+    QPixmapCache.clear()
+    with contextlib.suppress(OSError, AttributeError):  # another C library
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
 
 
 class Soak:
@@ -230,6 +246,7 @@ class Soak:
             if time.monotonic() - begun_anew > _ANEW:
                 self.begin_anew()
                 begun_anew = time.monotonic()
+                tidy()
                 self.memory.append(((begun_anew - began) / 60, resident()))
             if time.monotonic() - told > 20:
                 told = time.monotonic()
@@ -251,6 +268,8 @@ class Soak:
         """Return the page."""
         growth, error = self.growth()
         sizes = [size for _, size in self.settled]
+        steps = sum(self.counts.values())
+        hourly = steps / self.memory[-1][0] * 60 / 1000  # thousand steps: kB of MB
         names = " and ".join(path.name for path in self.meshes)
         return [
             "# The desktop app under a restless user",
@@ -264,12 +283,14 @@ class Soak:
             "| what | how often |",
             "| --- | ---: |",
             *(f"| {name} | {count:,} |" for name, count in sorted(self.counts.items())),
-            f"| all | {sum(self.counts.values()):,} |",
+            f"| all | {steps:,} |",
             "",
             "No crash, no error, no wrong state. Memory was looked at whenever all was closed and opened",
-            f"anew, {len(self.memory)} times. After the first {100 * _WARM_UP:.0f} % of the time it was",
-            f"{min(sizes):.0f} to {max(sizes):.0f} MB; the line through it rises by",
-            f"{growth:.0f} ± {error:.0f} MB an hour.",
+            f"anew, {len(self.memory)} times, without what Qt and malloc keep for later (with it, it was",
+            f"{resident('VmHWM'):.0f} MB at most). After the first {100 * _WARM_UP:.0f} % of the time,",
+            f"in which caches fill, it was {min(sizes):.0f} to {max(sizes):.0f} MB; the line through it",
+            f"rises by {growth:.0f} ± {error:.0f} MB an hour, {growth / hourly:.1f} kB a step.",
+            f"Up to {_GROWTH:.0f} MB an hour, with twice the error, count as flat.",
             "",
             "| minutes | MB |",
             "| ---: | ---: |",
@@ -282,7 +303,7 @@ def main() -> int:
     faulthandler.enable()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("meshes", nargs="*", type=Path)
-    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, default=Path(__file__).parents[1] / "docs" / "soak.md")
     options = parser.parse_args()
@@ -301,7 +322,7 @@ def main() -> int:
     text = "\n".join(soak.lines())
     print(text)
     growth, error = soak.growth()
-    if wrong or growth - 2 * error > _GROWTH:
+    if wrong or growth + 2 * error > _GROWTH:
         return 1
     options.output.write_text(text + "\n", encoding="utf-8")
     return 0

@@ -137,7 +137,7 @@ COMMANDS: tuple[Command, ...] = (
         "Pick a face: sphere and cylinder that fit its surroundings best", False,
     ),
     Command("fixed_radius", "Radius of Fixed Points", "Measure", "", "Of a region painted or picked by hand"),
-    Command("remove_measurements", "Remove Measurements", "Measure", "", "Those selected, or all"),
+    Command("remove_measurements", "Remove", "Measure", "", "Remove the measurements selected, or all"),
     Command("section", "Cross-Section", "Measure", "C", "Cut with a plane that can be dragged", False),
     *(
         Command(f"section_{axis}", f"Across {axis.upper()}", "Measure > Plane", "", f"Cut across {axis}")

@@ -17,8 +17,13 @@ os.environ.setdefault("PYQTGRAPH_QT_LIB", "PySide6")
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
-from .controllers.application import Application
-from .settings import Settings
+from .later import import_later
+
+# PyVista imports it for charts, which are not drawn here: half a second, before the window opens.
+import_later("matplotlib.pyplot")
+
+from .controllers.application import Application  # noqa: E402
+from .settings import Settings  # noqa: E402
 
 
 def set_up() -> QApplication:

@@ -266,6 +266,7 @@ def measure(tour: Tour, folder: Path) -> None:
     tour.do("section")
     nut.decimate(0.7).save(folder / "coarse.ply")
     tour.open(folder / "coarse.ply")
+    tour.document.activate(layer)
     tour.document.set_visible(tour.document.layers[-1], False)
     tour.do("compare_layers")
     dialog = tour.application.comparing.dialog

@@ -64,7 +64,7 @@ GUI_BELOW = {
     "model": set(),
     "views": {"model", "commands", "settings"},
     "controllers": {"model", "views", "commands", "settings"},
-    "": {"", "app", "model", "views", "controllers", "settings", "start"},
+    "": {"", "app", "later", "model", "views", "controllers", "settings", "start"},
 }
 
 

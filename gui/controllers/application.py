@@ -59,6 +59,7 @@ class Application(QObject):
         )  # fmt: skip
         self.filtering.previewed.connect(self.display.set_preview)
         self.batches.opened.connect(self.files.open_paths)
+        self.files.opened.connect(self.display.bring_into_view)
         self.files.recipe_asked.connect(self.recipes.load)
         own = {**self.display.commands(), **self.measuring.commands()}
         for command in COMMANDS:
@@ -237,5 +238,6 @@ class Application(QObject):
         for id in _REMEMBERED:
             self.settings.set(id, self.window.action(id).isChecked())
         self.filtering.remember()
+        self.window.hide()  # what a worker is in the middle of may take a second to end
         self.jobs.close()
         self.sessions.close()

@@ -11,7 +11,7 @@ from ..commands import COLOURS, overlay_id
 from ..model import numbers, overlays, picking
 from ..model.document import Document
 from ..model.field import Field
-from ..model.layer import Role
+from ..model.layer import Layer, Role
 from ..model.overlays import OVERLAYS, Overlay, Subject, Unavailable
 from ..model.selection import face_points, faces_as_mesh
 from ..model.state import State, ready
@@ -26,7 +26,7 @@ from .jobs import Context, Jobs
 
 #: Colour and opacity of the layers that are not worked on.
 _CONTEXT = {
-    Role.MESH: ((0.72, 0.75, 0.80), 1.0),
+    Role.MESH: ((0.72, 0.75, 0.80), 0.45),
     Role.REFERENCE: ((0.55, 0.58, 0.62), 0.45),
     Role.SPACE: ((0.25, 0.50, 0.80), 0.35),
 }
@@ -399,6 +399,13 @@ class Display(QObject):
         """Bring the whole mesh into view."""
         subject = self.subject
         self._window.view.frame(subject.state.bounds if subject else None)
+
+    @Slot(list)
+    def bring_into_view(self, layers: list[Layer]) -> None:
+        """Frame the mesh, one of the layers that have been opened, unless it can be seen from here."""
+        subject = self.subject
+        if layers and subject is not None and not self._window.view.sees(subject.state.bounds):
+            self.frame()
 
     def edges(self) -> None:
         """Show or hide the edges."""

@@ -36,8 +36,8 @@ def explain(error: Exception) -> str:
 class Files(QObject):
     """The commands of the menu File that read and write meshes."""
 
-    #: Files have been read, or could not be.
-    opened = Signal()
+    #: Files have been read, or could not be: the layers that came of them.
+    opened = Signal(list)
     #: A session shall be opened, and meshes after it: their paths.
     session_asked = Signal(object, object)
     #: A recipe shall be opened: its path.
@@ -102,17 +102,19 @@ class Files(QObject):
     @Slot(object)
     def _read(self, found: list[tuple[Path, Any]]) -> None:
         self._window.statusBar().clearMessage()
-        said, wrong = [], []
+        said, wrong, layers = [], [], []
         for path, result in found:
             if isinstance(result, Exception):
                 wrong.append(explain(result))
                 self._settings.remove_recent(path)
                 continue
             state, notes = result
-            self._document.open(state, path)
+            layers.append(self._document.open(state, path))
             self._settings.add_recent(path)
             self._settings.set("folder", str(path.resolve().parent))
             said += notes
+        if layers:
+            self._document.activate(layers[0])  # a skin and the space for it are named in that order
         if wrong:
             self._window.notification.say(" ".join(wrong), "error")
         elif said:
@@ -122,7 +124,7 @@ class Files(QObject):
                 "Several layers are open. What each is for (mesh, reference, installation space) is chosen "
                 "in the list of layers."
             )
-        self.opened.emit()
+        self.opened.emit(layers)
 
     def _list_recent(self) -> None:
         menu = self._window.recent

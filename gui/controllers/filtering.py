@@ -202,7 +202,7 @@ class Filtering(QObject):
     @Slot(object)
     def _show_preview(self, result: _Result) -> None:
         report = result.report or f"{result.seconds:.2f} s"
-        self._panel.set_progress(None, f"preview: {report}")
+        self._panel.set_progress(None, f"preview: {report.partition(chr(10))[0]}")
         self._panel.doing.setToolTip(report)
         self._preview = result
         self.previewed.emit(result.outputs[0])

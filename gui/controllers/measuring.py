@@ -48,7 +48,6 @@ class Measuring(QObject):
         self._on: Any = None
         self._again = False
         window.view.clicked.connect(self._click)
-        window.measurements.unit_chosen.connect(document.set_unit)
         window.section.moved.connect(self._slide)
         self.handle.moved.connect(self._move)
         document.changed.connect(self.refresh)
@@ -202,6 +201,9 @@ class Measuring(QObject):
         assert layer is not None
         assert layer.state is not None
         self._picked = []
+        if not len(vertices):
+            self._window.notification.say("There are no points to measure.", "warning")
+            return
         self._document.measure(Measurement(kind, layer, np.asarray(vertices, np.int64), layer.state.n_points))
 
     def fixed_radius(self) -> None:

@@ -97,13 +97,12 @@ class Document:
         return layer.opened
 
     def open(self, mesh: Any, path: Path) -> Layer:
-        """Add a mesh, or its state, that has been read from `path`."""
+        """Add a mesh, or its state, that has been read from `path`, and work on it."""
         state = State.of(mesh)
         layer = self._new_layer(path.stem, state)
         layer.source, layer.path, layer.saved = path, path, state
         self._do(Step(f"Open {path.name}", {layer: (None, state)}))
-        if self.active is None or self.active.role is not Role.MESH:
-            self.active = layer
+        self.active = layer
         self.changed.emit()
         return layer
 

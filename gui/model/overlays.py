@@ -341,11 +341,12 @@ def share(known: State, other: State) -> None:
         for state in (known, other)
     ]
     same_lines = lines[0] is lines[1] and lines[2] is lines[3]
-    for (id, what), values in known.fields.items():
+    # Copies: a worker may be adding to these.
+    for (id, what), values in known.fields.copy().items():
         source = overlay(id).source
         if source not in ("array", "regions") and (source != "features" or same_lines):
             other.fields.setdefault((id, what), values)
-    for what, summary in known.summaries.items():
+    for what, summary in known.summaries.copy().items():
         other.summaries.setdefault(what, summary)
 
 
@@ -379,9 +380,10 @@ def compute(one: Overlay, subject: Subject, run: Run) -> Field:
     check_available(one, subject)
     found = cached(one, subject)
     if found is None:
-        for id, values in SOURCES[one.source](subject, run).items():
+        computed = SOURCES[one.source](subject, run)
+        for id, values in computed.items():
             subject.state.fields[key(overlay(id), subject)] = values
-        found = cached(one, subject)
+        found = computed.get(one.id)
     if found is None:
         raise Unavailable(f"{one.title} could not be computed on this mesh. {one.help}")
     return found

@@ -29,7 +29,9 @@ from vtksmooth.files import atomic
 from vtksmooth.filters.arrays import cells_of, points_of
 
 from .document import Document
+from .history import Step
 from .layer import Layer
+from .measure import Measurement
 from .state import Source, State
 
 #: The version that is written, and the newest that is known.
@@ -42,6 +44,7 @@ JSON, ARRAYS = "session.json", "arrays"
 CELLS = ("Verts", "Lines", "Polys", "Strips")
 DATA = {"point_data": "GetPointData", "cell_data": "GetCellData", "field_data": "GetFieldData"}
 Values = npt.NDArray[Any]
+JSONEntry = dict[str, Any]
 #: Recipes with edits, and the meshes of their sources.
 Drafts = Mapping[Layer, tuple[recipe.Recipe, Mapping[Source, State]]]
 #: Told how far it is, 0 to 1; what it raises ends the work.
@@ -97,6 +100,97 @@ class Snapshot:
         return json.dumps(manifest, indent=1, default=lambda path: _place(path, folder)) + "\n", arrays
 
 
+class _Capture:
+    """What a snapshot is made of, while it is being made.
+
+    Attributes
+    ----------
+    layers, states : dict
+        Numbers of the layers, and of the states that have been met so far.
+    arrays : dict
+        Arrays beside those of the states, by name.
+    """
+
+    def __init__(self, layers: list[Layer]) -> None:
+        self.layers = {layer: number for number, layer in enumerate(layers)}
+        self.states: dict[State, int] = {}
+        self.arrays: dict[str, Values] = {}
+
+    def number(self, state: State | None) -> int | None:
+        """Return the number of a state, which gets one if it has none."""
+        return None if state is None else self.states.setdefault(state, len(self.states))
+
+    def layer(self, layer: Layer, draft: tuple[recipe.Recipe, Mapping[Source, State]] | None) -> JSONEntry:
+        """Return the entry of a layer, with the edits of its recipe."""
+        return {
+            **unknown.get(layer, {}),
+            "name": layer.name,
+            "role": layer.role.value,
+            "visible": layer.visible,
+            "source": layer.source,
+            "path": layer.path,
+            "opened": self.number(layer.opened),
+            "state": self.number(layer.state),
+            "saved": self.number(layer.saved),
+            "draft": None if draft is None else self.recipe(*draft),
+        }
+
+    def step(self, step: Step) -> JSONEntry:
+        """Return the entry of a step of the history."""
+        return {
+            **unknown.get(step, {}),
+            "title": step.title,
+            "summary": step.summary,
+            "settled": step.settled,
+            "changes": [
+                [self.layers[layer], self.number(before), self.number(after)]
+                for layer, (before, after) in step.changes.items()
+                if layer in self.layers
+            ],
+            "between": [self.number(state) for state in step.between],
+        }
+
+    def measurement(self, one: Measurement) -> JSONEntry:
+        """Return the entry of a measurement."""
+        name = digest(one.vertices)
+        self.arrays[name] = one.vertices
+        return {
+            **unknown.get(one, {}),
+            "kind": one.kind.value,
+            "layer": self.layers[one.layer],
+            "vertices": name,
+            "n_points": one.n_points,
+        }
+
+    def recipe(self, steps: recipe.Recipe, sources: Mapping[Source, State]) -> JSONEntry:
+        """Return the entry of a recipe and the meshes of its further inputs."""
+        return {
+            "recipe": json.loads(steps.to_json())["steps"],
+            "sources": [
+                [name if isinstance(name, Path) else {"role": name}, self.number(state)]
+                for name, state in sources.items()
+            ],
+        }
+
+    def made(self, state: State) -> JSONEntry:
+        """Return what made a state."""
+        if state in foreign:
+            steps, did, sources = foreign[state]
+            return {
+                "recipe": steps,
+                "did": did,
+                "sources": [[name, self.number(source)] for name, source in sources],
+            }
+        return {**self.recipe(state.recipe, state.sources), "did": [*state.did]}
+
+    def made_all(self) -> list[JSONEntry]:
+        """Return what made each state; to be called last, as sources of states are states as well."""
+        entries: list[JSONEntry] = []
+        while len(entries) < len(self.states):
+            entries.append(self.made([*self.states][len(entries)]))
+        return entries
+
+
 def capture(document: Document, more: Mapping[str, Any], drafts: Drafts | None = None) -> Snapshot:
     """Take a snapshot of a document, and of what the windows want to have kept.
 
@@ -108,100 +202,35 @@ def capture(document: Document, more: Mapping[str, Any], drafts: Drafts | None =
     drafts : mapping of Layer to (Recipe, sources)
         Recipes with edits that have not been run.
     """
-    states: dict[State, int] = {}
-
-    def number(state: State | None) -> int | None:
-        return None if state is None else states.setdefault(state, len(states))
-
-    every = document.every_layer
-    numbers = {layer: i for i, layer in enumerate(every)}
-    arrays: dict[str, Values] = {}
-
-    def keep(values: Values) -> str:
-        name = digest(values)
-        arrays[name] = values
-        return name
-
-    def recipe_of(steps: recipe.Recipe, sources: Mapping[Source, State]) -> dict[str, Any]:
-        named = [(name if isinstance(name, Path) else {"role": name}, its) for name, its in sources.items()]
-        return {
-            "recipe": json.loads(steps.to_json())["steps"],
-            "sources": [[name, number(its)] for name, its in named],
-        }
-
-    plane, edits = document.plane, drafts or {}
-    manifest: dict[str, Any] = {
+    layers, plane, drafts = document.every_layer, document.plane, drafts or {}
+    taken = _Capture(layers)
+    manifest = {
         **unknown.get(document, {}),
         "format": FORMAT,
         "version": VERSION,
         "vtksmooth": version("vtksmooth"),
         "unit": document.unit,
-        "layers": [
-            {
-                **unknown.get(layer, {}),
-                "name": layer.name,
-                "role": layer.role.value,
-                "visible": layer.visible,
-                "source": layer.source,
-                "path": layer.path,
-                "opened": number(layer.opened),
-                "state": number(layer.state),
-                "saved": number(layer.saved),
-                "draft": recipe_of(*edits[layer]) if layer in edits else None,
-            }
-            for layer in every
-        ],
-        "active": numbers.get(document.active),  # type: ignore[arg-type]
-        "compared": numbers.get(document.compared),  # type: ignore[arg-type]
+        "layers": [taken.layer(layer, drafts.get(layer)) for layer in layers],
+        "active": taken.layers.get(document.active),  # type: ignore[arg-type]
+        "compared": taken.layers.get(document.compared),  # type: ignore[arg-type]
         "history": {
             "index": document.history.index,
-            "steps": [
-                {
-                    **unknown.get(step, {}),
-                    "title": step.title,
-                    "summary": step.summary,
-                    "settled": step.settled,
-                    "changes": [
-                        [numbers[layer], number(before), number(after)]
-                        for layer, (before, after) in step.changes.items()
-                        if layer in numbers
-                    ],
-                    "between": [number(state) for state in step.between],
-                }
-                for step in document.history.steps
-            ],
+            "steps": [taken.step(step) for step in document.history.steps],
         },
         "measurements": [
-            {
-                **unknown.get(one, {}),
-                "kind": one.kind.value,
-                "layer": numbers[one.layer],
-                "vertices": keep(one.vertices),
-                "n_points": one.n_points,
-            }
-            for one in document.measurements
-            if one.layer in numbers
+            taken.measurement(one) for one in document.measurements if one.layer in taken.layers
         ],
         "plane": None if plane is None else {"origin": [*plane.origin], "normal": [*plane.normal]},
         **more,
+        "states": taken.made_all(),
     }
-    entries: list[dict[str, Any]] = []
-    while len(entries) < len(states):  # the sources of states are states
-        state = [*states][len(entries)]
-        if state in foreign:
-            steps, did, sources = foreign[state]
-            entries.append(
-                {"recipe": steps, "did": did, "sources": [[name, number(its)] for name, its in sources]}
-            )
-        else:
-            entries.append({**recipe_of(state.recipe, state.sources), "did": [*state.did]})
-    overwritten = {layer.path for layer in every if layer.saved is not layer.opened}
+    overwritten = {layer.path for layer in layers if layer.saved is not layer.opened}
     files = {
-        states[layer.opened]: layer.source
-        for layer in every
+        taken.states[layer.opened]: layer.source
+        for layer in layers
         if layer.source is not None and layer.source not in overwritten
     }
-    return Snapshot({**manifest, "states": entries}, [*states], files, arrays, members_of.get(document, {}))
+    return Snapshot(manifest, [*taken.states], files, taken.arrays, members_of.get(document, {}))
 
 
 def save(snapshot: Snapshot, path: Path, tell: Tell = lambda fraction: None) -> None:

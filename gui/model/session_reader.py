@@ -27,7 +27,7 @@ from vtksmooth.filters.arrays import vtk_cells, vtk_points
 from .document import Document
 from .history import Step
 from .layer import Layer, Role
-from .measure import Kind, Measurement
+from .measure import PICKS, Kind, Measurement
 from .section import Plane
 from .session import (
     ARRAYS,
@@ -268,9 +268,12 @@ class _Reader:
             on = layer(entry["layer"])
             if on is not None and entry["kind"] in [*Kind]:
                 vertices = self._array(entry["vertices"]).astype(np.int64)
-                if len(vertices) and not 0 <= vertices.min() <= vertices.max() < entry["n_points"]:
+                kind = Kind(entry["kind"])
+                if len(vertices) < 1 or len(vertices) != PICKS.get(kind, len(vertices)):
+                    raise ValueError("a measurement has too few points, or too many")
+                if not 0 <= vertices.min() <= vertices.max() < entry["n_points"]:
                     raise ValueError("a measurement refers to points that are not there")
-                one = Measurement(Kind(entry["kind"]), on, vertices, entry["n_points"])
+                one = Measurement(kind, on, vertices, entry["n_points"])
                 self._keep_unknown(one, entry, "kind layer vertices n_points")
                 measurements.append(one)
         plane = manifest.get("plane")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QProgressBar,
-    QPushButton,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -20,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from vtksmooth.filters import Filter
 
+from .action_button import action_button
 from .filter_form import FilterForm, title
 from .parameter_row import ParameterRow
 
@@ -51,16 +51,11 @@ class FilterPanel(QWidget):
         self.form.input_chosen.connect(lambda *_: self.edited.emit(False))
         self.progress = QProgressBar(maximum=1000, textVisible=False)
         self.progress.setFixedHeight(6)
-        self.doing = QLabel(" ")
-        self.doing.setMinimumWidth(10)
+        self.doing = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignBottom)
+        self.doing.setMinimumHeight(2 * self.doing.fontMetrics().lineSpacing())
         buttons = QHBoxLayout()
         for action, stretch in ((apply, 2), (cancel, 1)):
-            button = QPushButton(action.text())
-            button.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
-            button.clicked.connect(action.trigger)
-            button.setEnabled(action.isEnabled())
-            action.enabledChanged.connect(button.setEnabled)
-            buttons.addWidget(button, stretch)
+            buttons.addWidget(action_button(action), stretch)
         live = QToolButton()
         live.setDefaultAction(preview)
         buttons.insertWidget(0, live)
@@ -124,4 +119,4 @@ class FilterPanel(QWidget):
         """Show how far a run is; None: nothing runs."""
         self.progress.setEnabled(fraction is not None)
         self.progress.setValue(round(1000 * (fraction or 0.0)))
-        self.doing.setText(what or " ")
+        self.doing.setText(what)

@@ -68,6 +68,8 @@ class Histogram(QWidget):
         self.brush.sigRegionChanged.connect(self._brushed)
         box.spanned.connect(self.set_brush)
         self.locked = False
+        #: What is shown, and what a locked brush was put over.
+        self._title = self._brushed_title = ""
         self._marks: list[Any] = []
 
     def show_fields(
@@ -81,7 +83,8 @@ class Histogram(QWidget):
     ) -> None:
         """Show the values of a mesh, and of the one before it, between the ends of `span`."""
         same = (before, after, span) == (*self._fields, self._span)
-        self._is_k = is_k
+        self._is_k, self._title = is_k, title
+        self.brush.setVisible(not self.locked or title == self._brushed_title)
         self._fields, self._span, self._thresholds = (before, after), span, thresholds
         what = "points" if after is not None and after.on_points else "faces"
         self.plot.getAxis("bottom").setLabel(title)
@@ -169,9 +172,14 @@ class Histogram(QWidget):
         self.brushed.emit((float(low), float(high)))
 
     def set_locked(self, locked: bool) -> None:
-        """Keep the brush where it is."""
+        """Keep what is selected, whatever is shown; the brush is seen over the values that it selects by."""
         self.locked = locked
         self.brush.setMovable(not locked)
+        if locked:
+            self._brushed_title = self._title
+        elif not self.brush.isVisible():
+            self.set_brush(None)
+            self.brush.show()
 
     def set_theme(self, theme: Theme) -> None:
         """Show light or dark."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import (
     QAction,
@@ -22,6 +24,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QSplitter,
     QToolBar,
+    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -45,7 +48,7 @@ from .numbers_table import NumbersTable
 from .recipe_list import RecipeList
 from .region_panel import RegionPanel
 from .section_plot import SectionPlot
-from .theme import Theme
+from .theme import Theme, show_checked
 from .worst_list import WorstList
 
 
@@ -80,7 +83,8 @@ class MainWindow(QMainWindow):
             action("run_recipe"), action("revert_recipe"), (action("open_recipe"), action("save_recipe"))
         )
         self.measurements = MeasureTable(
-            [action(f"measure_{kind}") for kind in Kind] + [action("remove_measurements")]
+            [action(f"measure_{kind}") for kind in Kind] + [action("remove_measurements")],
+            self.menus["Measure > Unit"],
         )
         self.section = SectionPlot([action(f"section{end}") for end in ("", "_x", "_y", "_z", "_view")])
         self.hint = QLabel(
@@ -91,6 +95,10 @@ class MainWindow(QMainWindow):
         self.overlays.setToolTip("What is shown on the mesh")
         self._arrange()
         self._make_tool_bar()
+        for button in self.findChildren(QToolButton):
+            if button.isCheckable() and button.defaultAction():
+                button.toggled.connect(partial(show_checked, button))
+                show_checked(button, button.isChecked())
         self.resize(QSize(1600, 950).boundedTo(QGuiApplication.primaryScreen().availableSize()))
         geometry, state = settings.layout("geometry"), settings.layout("state")
         if geometry is not None and state is not None:
@@ -114,7 +122,8 @@ class MainWindow(QMainWindow):
                 keys = dict.fromkeys((command.key, command.key.replace("Return", "Enter")))
                 action.setShortcuts([QKeySequence(key) for key in keys])
             tip = command.tip or command.title.rstrip("…")
-            action.setToolTip(tip)
+            key = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            action.setToolTip(f"{tip} ({key})" if key else tip)
             action.setStatusTip(tip)
             if command.checked is not None:
                 action.setCheckable(True)
@@ -159,14 +168,7 @@ class MainWindow(QMainWindow):
                 bar.addWidget(self.overlays)
                 bar.addSeparator()
             menu = command.menu
-            action = self.action(command.id)
-            bar.addAction(action)
-            key = (
-                f" ({action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)})"
-                if command.key
-                else ""
-            )
-            bar.widgetForAction(action).setToolTip(f"{action.toolTip()}{key}")
+            bar.addAction(self.action(command.id))
         self.addToolBar(bar)
 
     def _arrange(self) -> None:

@@ -5,33 +5,33 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QAbstractItemView, QComboBox, QLabel, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QLabel,
+    QMenu,
+    QToolBar,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ..model.measure import Measurement, row_texts
-from ..model.units import UNITS
 from .figure_table import FigureTable
 
 
 class MeasureTable(QWidget):
     """What was measured; above it what can be measured, and the unit of lengths."""
 
-    #: A unit has been chosen.
-    unit_chosen = Signal(str)
-
-    def __init__(self, actions: Sequence[QAction]) -> None:
+    def __init__(self, actions: Sequence[QAction], units: QMenu) -> None:
         super().__init__()
         self.table = FigureTable(["", "before", "after"])
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.unit = QComboBox()
-        self.unit.setToolTip("The unit of all lengths; nothing is scaled")
-        for unit, title in UNITS.items():
-            self.unit.addItem(title, unit)
-        self.unit.activated.connect(lambda row: self.unit_chosen.emit(self.unit.itemData(row)))
         tools = QToolBar()  # where it is too narrow for all, it offers the rest in a menu
-        tools.addWidget(self.unit)
-        tools.addActions(actions)
+        tools.addActions([*actions, units.menuAction()])
+        button = tools.widgetForAction(units.menuAction())
+        assert isinstance(button, QToolButton)
+        button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.hint = QLabel("", wordWrap=True)
         self.hint.hide()
         layout = QVBoxLayout(self)
@@ -43,7 +43,6 @@ class MeasureTable(QWidget):
 
     def show_measurements(self, measurements: Sequence[Measurement], unit: str) -> None:
         """Show measurements, with the unit of lengths."""
-        self.unit.setCurrentIndex(self.unit.findData(unit))
         rows = [(one, texts) for one in measurements for texts in row_texts(one, unit)]
         self._of_rows = [one for one, _ in rows]
         numbers = {one: number for number, one in enumerate(measurements, 1)}

@@ -413,6 +413,16 @@ class MeshView(QWidget):
             renderer.ResetCamera(box)
         self.render_soon()
 
+    def sees(self, bounds: tuple[float, ...]) -> bool:
+        """Return whether a box is in view, and neither a dot nor all round the camera."""
+        corners = np.array(np.meshgrid(*np.reshape(bounds, (3, 2)), [1.0])).reshape(4, -1)
+        x, y, _, depth = self.projection()[0] @ corners
+        if depth.min() <= 0:
+            return False
+        places = np.array((x, y)) / depth  # -1 to 1 is the view
+        size = np.ptp(places, axis=1).max()
+        return bool(np.abs(places.mean(axis=1)).max() < 1.0 and 0.1 < size < 4.0)
+
     def look_from(self, direction: tuple[float, float, float], up: tuple[float, float, float]) -> None:
         """Look at the meshes from a direction."""
         camera = self.camera

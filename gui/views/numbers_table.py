@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHeaderView, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
 from ..model.numbers import Row
+from .action_button import action_button
 from .figure_table import FigureTable
 
 
@@ -16,13 +17,10 @@ class NumbersTable(QWidget):
         super().__init__()
         self.table = FigureTable(["", "before", "after"])
         self.table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        button = QPushButton("Copy as Markdown")
-        button.setToolTip(copy.shortcut().toString())
-        button.clicked.connect(copy.trigger)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addWidget(self.table)
-        layout.addWidget(button)
+        layout.addWidget(action_button(copy, "Copy as Markdown"))
         self.rows: list[Row] = []
 
     def show_rows(self, rows: list[Row]) -> None:

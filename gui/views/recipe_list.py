@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QProgressBar,
-    QPushButton,
     QSplitter,
     QToolButton,
     QVBoxLayout,
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from vtksmooth.recipe import Recipe, Step, shown
 
+from .action_button import action_button
 from .filter_form import FilterForm, title
 
 
@@ -85,13 +85,7 @@ class RecipeList(QWidget):
             tools.addWidget(button)
         buttons = QHBoxLayout()
         for action, stretch in ((run, 2), (revert, 1)):
-            push = QPushButton(action.text())
-            key = action.shortcut().toString()
-            push.setToolTip(f"{action.toolTip()} ({key})" if key else action.toolTip())
-            push.clicked.connect(action.trigger)
-            push.setEnabled(action.isEnabled())
-            action.enabledChanged.connect(push.setEnabled)
-            buttons.addWidget(push, stretch)
+            buttons.addWidget(action_button(action), stretch)
         above = QWidget()
         column = QVBoxLayout(above)
         column.setContentsMargins(0, 0, 0, 0)

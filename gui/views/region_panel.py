@@ -65,10 +65,7 @@ class RegionPanel(QScrollArea):
 
     def _button(self, id: str) -> QToolButton:
         button = QToolButton()
-        action = self._action(id)
-        button.setDefaultAction(action)
-        key = action.shortcut().toString()
-        button.setToolTip(action.toolTip() + (f" ({key})" if key else ""))
+        button.setDefaultAction(self._action(id))
         button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         return button
 
@@ -83,7 +80,7 @@ class RegionPanel(QScrollArea):
 
     def _switch(self, id: str) -> QCheckBox:
         action, box = self._action(id), QCheckBox(self._action(id).text())
-        box.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
+        box.setToolTip(action.toolTip())
         box.setChecked(action.isChecked())
         box.toggled.connect(action.setChecked)
         action.toggled.connect(box.setChecked)

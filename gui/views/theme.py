@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QToolButton
 
 Rgb = tuple[float, float, float]
 
@@ -80,3 +81,12 @@ DARK = Theme(
     (0.09, 0.10, 0.12),
     (0.93, 0.94, 0.95),
 )
+
+
+def show_checked(button: QToolButton, on: bool) -> None:
+    """Show that a button is switched on or off: Fusion's difference is not seen in a dark window."""
+    palette = QPalette()
+    if on:
+        palette.setColor(QPalette.ColorRole.Button, QColor(LIGHT.highlight))
+        palette.setColor(QPalette.ColorRole.ButtonText, QColor("#ffffff"))
+    button.setPalette(palette)

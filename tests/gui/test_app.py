@@ -35,3 +35,15 @@ def test_without_a_display_one_sentence_says_so():
     assert done.returncode == 1
     assert "there is no display" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_what_draws_charts_is_imported_by_whoever_draws_one():
+    for package in ("PySide6", "pyvistaqt", "pyqtgraph"):
+        pytest.importorskip(package)
+    done = run(
+        "import sys; from vtksmooth_gui import start; assert 'matplotlib.axes' not in sys.modules;"
+        "import matplotlib.pyplot as plt; from pyvista import ChartMPL;"
+        "plt.switch_backend('agg'); chart = ChartMPL(plt.figure());"
+        "from matplotlib import pyplot; assert pyplot.figure is plt.figure"
+    )
+    assert done.returncode == 0, done.stderr

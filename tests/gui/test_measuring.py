@@ -11,7 +11,7 @@ from vtksmooth_gui.model.measure import Figure, Kind, Measurement  # noqa: E402
 from vtksmooth_gui.model.section import Plane, outline  # noqa: E402
 from vtksmooth_gui.model.selection import patch, points_of_faces  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
-from vtksmooth_gui.model.units import UNITS, powered  # noqa: E402
+from vtksmooth_gui.model.units import powered  # noqa: E402
 
 
 def place(user, point):
@@ -226,6 +226,25 @@ def test_the_radius_of_what_the_brush_selects(user, tmp_path):
     assert np.array_equal(user.document.measurements[0].vertices, expected)
 
 
+def test_nothing_cannot_be_measured(user, plane):
+    user.drop(plane)
+    user.application.measuring._add(Kind.RADIUS, [])
+    assert "no points" in user.said
+    assert user.document.measurements == []
+
+
+def test_all_that_can_be_measured_is_offered_in_a_small_window(user, plane):
+    from PySide6.QtWidgets import QToolBar
+
+    user.window.resize(1280, 800)
+    user.drop(plane)
+    user.do("measure_distance")
+    tools = user.window.measurements.findChild(QToolBar)
+    for command in ("measure_distance", "measure_angle", "measure_radius", "remove_measurements"):
+        assert tools.widgetForAction(user.window.action(command)).isVisible(), command
+    assert tools.widgetForAction(user.window.menus["Measure > Unit"].menuAction()).isVisible()
+
+
 def test_the_radius_of_fixed_points(user, tmp_path):
     pv.Sphere(radius=2.0).save(tmp_path / "ball.ply")
     user.drop(tmp_path / "ball.ply")
@@ -314,10 +333,7 @@ def test_the_unit_stands_wherever_a_length_does(user, plane):
     user.drop(plane)
     user.apply(LaplacianSmoothing, iterations=2)
     assert "lengths in model units" in user.window.figures.text()
-    row = list(UNITS).index(unit)
-    user.window.measurements.unit.setCurrentIndex(row)
-    user.window.measurements.unit.activated.emit(row)
-    user.wait()
+    user.do(f"unit_{unit}")
     assert user.document.unit == unit
     assert user.window.action(f"unit_{unit}").isChecked()
     assert f"lengths in {unit}" in user.window.figures.text()

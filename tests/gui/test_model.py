@@ -1,5 +1,7 @@
 """The model without a window: history, memory, selections."""
 
+import sys
+import threading
 import weakref
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from vtksmooth_gui.model.document import Document  # noqa: E402
 from vtksmooth_gui.model.draft import Draft  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
+from vtksmooth_gui.model.overlays import share  # noqa: E402
 from vtksmooth_gui.model.replay import Replay  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
@@ -118,12 +121,39 @@ def test_a_reference_with_the_same_points_is_what_before_means():
     document = Document()
     layer = document.open(sphere(), Path("a.ply"))
     other = document.open(sphere(1.0), Path("b.ply"))
-    assert document.active is layer
+    assert document.active is other  # what was opened last
+    document.activate(layer)
     assert document.before is layer.opened
     document.set_role(other, Role.REFERENCE)
     assert document.before is other.state
     document.set_role(layer, Role.SPACE)
     assert document.space is layer
+
+
+def test_states_share_fields_while_a_worker_computes_more():
+    known = State.of(sphere())
+    other = State.of(known.input())
+    ended = threading.Event()
+
+    def work():
+        while not ended.is_set():
+            for number in range(1000):
+                known.fields["aspect-ratio", number] = known.summaries["quality", number] = None
+            known.fields.clear()
+            known.summaries.clear()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    worker = threading.Thread(target=work)
+    worker.start()
+    try:
+        for _ in range(300):
+            share(known, other)
+    finally:
+        ended.set()
+        worker.join()
+        sys.setswitchinterval(interval)
+    assert other.fields
 
 
 def test_names_of_layers_are_unique():
@@ -282,6 +312,7 @@ def test_edits_stay_with_their_layer_until_they_are_dropped():
     assert (len(draft.recipe), draft.edited) == (0, False)
     layer = document.open(sphere(), Path("a.ply"))
     other = document.open(sphere(), Path("b.ply"))
+    document.activate(layer)
     smooth(document, layer)
     draft.set(draft.recipe.changed(0, iterations=5))
     assert (draft.edited, draft.first_to_run) == (True, 0)

@@ -237,6 +237,7 @@ def test_a_further_input_is_chosen_among_the_layers(steps, ant, tmp_path):
     other.save(tmp_path / "other.ply")
     steps.apply(SurfaceComparison)
     steps.drop(tmp_path / "other.ply")
+    steps.document.activate(steps.document.layers[0])
     select(steps, 2)
     box = steps.window.recipe.form.inputs["original"]
     assert box.currentText() == "ant as opened"

@@ -335,6 +335,7 @@ def test_a_newer_session_that_cannot_be_understood_says_to_update(document, tmp_
         lambda manifest: manifest["states"][1]["cells"]["Polys"].reverse(),
         lambda manifest: manifest["states"][1]["cells"].update(Polys=manifest["states"][1]["cells"]["Lines"]),
         lambda manifest: manifest["measurements"][0].update(n_points=2),
+        lambda manifest: manifest["measurements"][0].update(kind="angle"),
         lambda manifest: manifest["layers"][0].update(state=99),
         lambda manifest: manifest["states"].__setitem__(0, None),
     ],

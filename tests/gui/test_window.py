@@ -418,7 +418,16 @@ def test_brushing_the_histogram_selects_faces(user, ant):
     selected = user.display.selected
     user.do("overlay_mean_curvature")
     assert np.array_equal(user.display.selected, selected)
+    assert not user.window.histogram.brush.isVisible()  # these are other values
+    user.do("overlay_aspect_ratio")
+    assert user.window.histogram.brush.isVisible()
+    assert np.array_equal(user.display.selected, selected)
+    user.do("overlay_mean_curvature")
     user.do("lock_brush")
+    assert user.display.selected is None
+    user.window.histogram.set_brush((0.0, 1.0))
+    user.wait(lambda: user.display.selected is not None)
+    assert user.window.histogram.brush.isVisible()
     user.do("overlay_aspect_ratio")
     assert user.display.selected is None
     assert not user.window.view._marks["brush"].actor.GetVisibility()
@@ -628,6 +637,55 @@ def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
 # -- the rest ------------------------------------------------------------------------------------------
 
 
+def test_what_is_opened_is_worked_on(user, ant, big):
+    user.drop(ant)
+    user.drop(big)
+    assert user.document.active.name == "big"
+    assert user.display.subject.state is user.document.layers[1].state
+    user.drop(ant, big)
+    assert user.document.active is user.document.layers[2]
+
+
+def test_what_is_opened_is_brought_into_view(user, ant, tmp_path):
+    mesh = pv.read(ant)
+    for name, scale, shift in (
+        ("small", 1e-3, 0.0),
+        ("large", 1e3, 0.0),
+        ("far", 1.0, 1e3),
+        ("near", 1.1, 0.5),
+    ):
+        moved = mesh.copy()
+        moved.points = scale * moved.points + shift
+        moved.save(tmp_path / f"{name}.ply")
+    view = user.window.view
+    for name in ("small", "large", "far"):
+        user.drop(ant)
+        user.do("frame")
+        user.drop(tmp_path / f"{name}.ply")
+        assert view.sees(user.display.subject.state.bounds), name
+        framed = view.camera.GetPosition()
+        user.do("frame")
+        assert np.allclose(view.camera.GetPosition(), framed), name
+    user.drop(ant)
+    user.do("frame")
+    place = view.camera.GetPosition()
+    user.drop(tmp_path / "near.ply")
+    assert view.camera.GetPosition() == place
+    user.window.view.camera.Zoom(50.0)
+    user.drop(tmp_path / "missing.ply")
+    assert view.camera.GetPosition() == place
+
+
+def test_other_layers_do_not_hide_the_one_that_is_worked_on(user, ant, big):
+    user.drop(ant, big)
+    ant, big = user.document.layers
+    assert user.window.view._context[big].actor.GetProperty().GetOpacity() < 1
+    user.document.activate(big)
+    user.wait()
+    assert user.window.view._context[ant].actor.GetProperty().GetOpacity() < 1
+    assert big not in user.window.view._context
+
+
 def test_layers_have_roles_and_can_be_hidden(user, ant, tmp_path):
     box = pv.read(ant)
     box.points = box.points * 1.5
@@ -672,8 +730,11 @@ def test_what_is_set_is_remembered(user, ant, open_window):
     user.choose(TrapeziumDrawing, iterations=8)
     user.do("dark")
     user.do("edges")
+    user.window.docks["Log"].close()
     user.window.close()
     again = open_window()
+    assert again.window.docks["Log"].isHidden()
+    assert not again.window.docks["History"].isHidden()
     assert again.window.filters.filter is TrapeziumDrawing
     assert again.window.filters.values() == {"iterations": 8}
     assert again.window.action("dark").isChecked()
@@ -681,6 +742,26 @@ def test_what_is_set_is_remembered(user, ant, open_window):
     assert again.window.palette().window().color().lightness() < 100
     again.window.menus["File"].aboutToShow.emit()
     assert again.window.recent.actions()[0].text().endswith("ant.ply")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_what_is_switched_on_is_seen(user, ant, theme):
+    from PySide6.QtWidgets import QToolButton
+
+    user.drop(ant)
+
+    def shade(command):
+        buttons = user.window.findChildren(QToolButton)
+        button = next(one for one in buttons if one.defaultAction() is user.window.action(command))
+        return button.palette().button().color().lightness()
+
+    if theme == "dark":
+        user.do("dark")
+    off = shade("region_brush")
+    user.do("region_brush")
+    assert abs(shade("region_brush") - off) > 40
+    user.do("region_camera")
+    assert shade("region_brush") == off
 
 
 def test_closing_while_a_filter_runs_is_safe(user, big):
