@@ -9,8 +9,7 @@ from . import parallel
 from .adjacency import INTERIOR, Adjacency
 from .compiled import kernel
 from .mesh import Mesh
-from .quality import ring_normal, ring_normals
-from .schemes.cotangent import cotangent
+from .quality import ring_normals
 
 Float64 = npt.NDArray[np.float64]
 
@@ -29,34 +28,44 @@ def _mean_curvatures(starts, ends, points, near, curvature):  # type: ignore[no-
             sx = 0.0
             sy = 0.0
             sz = 0.0
+            nx = 0.0
+            ny = 0.0
+            nz = 0.0
             for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                 c = near.corners[i]
-                f = near.corner_face[c]
-                first = near.offsets[f]
-                size = near.offsets[f + 1] - first
+                last = near.offsets[near.corner_face[c] + 1]
+                size = last - near.offsets[near.corner_face[c]]
                 # The face as a fan of triangles (v, p, q) from v.
                 for step in range(1, size - 1):
-                    p = near.connectivity[first + (c - first + step) % size]
-                    q = near.connectivity[first + (c - first + step + 1) % size]
+                    p = near.connectivity[c + step if c + step < last else c + step - size]
+                    q = near.connectivity[c + step + 1 if c + step + 1 < last else c + step + 1 - size]
                     ax = points[p, 0] - x
                     ay = points[p, 1] - y
                     az = points[p, 2] - z
                     bx = points[q, 0] - x
                     by = points[q, 1] - y
                     bz = points[q, 2] - z
-                    at_p = cotangent(-ax, -ay, -az, bx - ax, by - ay, bz - az)
-                    at_q = cotangent(-bx, -by, -bz, ax - bx, ay - by, az - bz)
+                    cx = points[q, 0] - points[p, 0]
+                    cy = points[q, 1] - points[p, 1]
+                    cz = points[q, 2] - points[p, 2]
+                    tx = ay * bz - az * by
+                    ty = az * bx - ax * bz
+                    tz = ax * by - ay * bx
+                    twice = np.sqrt(tx * tx + ty * ty + tz * tz)
+                    if twice == 0.0:
+                        continue
+                    nx += tx
+                    ny += ty
+                    nz += tz
+                    at_p = -(ax * cx + ay * cy + az * cz) / twice
+                    at_q = (bx * cx + by * cy + bz * cz) / twice
                     sx += at_q * ax + at_p * bx
                     sy += at_q * ay + at_p * by
                     sz += at_q * az + at_p * bz
-                    nx = ay * bz - az * by
-                    ny = az * bx - ax * bz
-                    nz = ax * by - ay * bx
-                    whole = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
                     if ax * bx + ay * by + az * bz < 0.0:
-                        area += 0.5 * whole
+                        area += 0.25 * twice
                     elif at_p < 0.0 or at_q < 0.0:
-                        area += 0.25 * whole
+                        area += 0.125 * twice
                     else:
                         area += 0.125 * (
                             at_q * (ax * ax + ay * ay + az * az) + at_p * (bx * bx + by * by + bz * bz)
@@ -64,7 +73,6 @@ def _mean_curvatures(starts, ends, points, near, curvature):  # type: ignore[no-
             if area > 0.0:
                 # sum (cot + cot) (p_i - p_j) / (2 A) = 2 kappa n
                 kappa = np.sqrt(sx * sx + sy * sy + sz * sz) / (4.0 * area)
-                nx, ny, nz = ring_normal(points, near, v)
                 curvature[v] = kappa if sx * nx + sy * ny + sz * nz <= 0.0 else -kappa
 
 
