@@ -90,7 +90,7 @@ def mean_curvatures(mesh: Mesh, near: Adjacency) -> Float64:
 
 #: What a vertex may stand above its neighbours, as part of the noise's height, without being noise itself. A
 #: vertex that stands still takes no volume from its neighbours, so a bound that holds more is felt by all.
-_LEFT_OVER = 0.005
+_LEFT_OVER = 0.002
 
 
 def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) -> float:
@@ -98,11 +98,11 @@ def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) ->
 
     Noise is known by its height: sigma, the root mean square of how far the free vertices stand above
     the means of their one-rings (of a voxel surface: the stairs). On a sphere of radius r with edges of
-    length h that height is h^2 / (2 r). The radius returned is the one where it is 0.5 % of the noise's,
+    length h that height is h^2 / (2 r). The radius returned is the one where it is 0.2 % of the noise's,
 
-        r = h^2 / (2 * 0.005 sigma),
+        r = h^2 / (2 * 0.002 sigma),
 
-    h the mean edge length: the noise is removed until 0.5 % of it are left, and what is flatter stands still.
+    h the mean edge length: the noise is removed until 0.2 % of it are left, and what is flatter stands still.
     Infinite where there is no noise.
 
     Parameters
