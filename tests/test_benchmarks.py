@@ -58,7 +58,7 @@ def test_page_on_installation_spaces(program, tmp_path):
     program("installation_space").make(tmp_path, quick=True)
     page = (tmp_path / "installation_space.md").read_text(encoding="utf-8")
     (channel,) = [line.split("|") for line in page.splitlines() if "containment vertices" in line]
-    assert channel[3].strip() == "0"
+    assert channel[4].strip() == "0"
     assert "frog, tissue 1" in page
 
 

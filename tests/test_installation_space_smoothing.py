@@ -126,8 +126,12 @@ def test_the_flow_s_size_and_sign_do_not_matter_and_it_may_be_on_cells(channel):
 def test_bad_flows_are_said(channel):
     sim, inst = channel
     sim = sim.copy()
-    with pytest.raises(ParameterError, match=r"no array 'Wind'.*Flow"):
+    with pytest.raises(ParameterError, match=r"no array 'Wind'.* the mesh has: Flow\."):
         InstallationSpaceSmoothing(flow="Wind")(sim, inst)
+    sim["Still"] = np.zeros((sim.n_points, 3))
+    smoothing = InstallationSpaceSmoothing(flow="Still", iterations=0)
+    smoothing(sim, inst)
+    assert "flow is zero everywhere" in str(smoothing.report)
     sim["One"] = np.zeros(sim.n_points)
     with pytest.raises(InvalidMeshError, match="vector for each"):
         InstallationSpaceSmoothing(flow="One")(sim, inst)

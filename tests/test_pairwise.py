@@ -6,19 +6,16 @@ from functools import partial
 import meshes
 import numpy as np
 import pytest
+import pyvista as pv
 import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vtksmooth import LaplacianSmoothing
 from vtksmooth.errors import Cancelled, InvalidMeshError, ParameterError
 from vtksmooth.kernels import adjacency, loop, measure, parallel
-from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
 from vtksmooth.kernels.constraints.blend import Blend
-from vtksmooth.kernels.constraints.boundary import Boundary
 from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
-from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.laplacian import KINDS, Weights
 from vtksmooth.kernels.schemes import pairwise
 from vtksmooth.kernels.schemes.pairwise import Pairwise
@@ -318,12 +315,37 @@ def test_stop_rules_progress_and_cancelling():
 
 
 @pytest.mark.parametrize(
-    "constraint",
-    [Gate("aspect"), TangentPlane(), BackToSurface(), DeviationBound(1.0), Boundary(sliding=True)],
+    ("parameter", "value"),
+    [
+        ("gate", "aspect"), ("tangent_plane", True), ("back_to_surface", True),
+        ("max_deviation_fraction", 0.1), ("max_displacement", "Radius"), ("boundary", "sliding"),
+        ("features", "slide"), ("crease_angle", 40.0), ("null_space", True), ("corrections", 1),
+        ("preserve_volume", True),
+    ],
+)  # fmt: skip
+def test_what_does_not_combine_is_refused(parameter, value):
+    mesh = pv.wrap(meshes.polydata(meshes.torus(9, 6)))
+    mesh["Radius"] = np.ones(mesh.n_points)
+    smoothing = LaplacianSmoothing(scheme="pairwise", **{parameter: value})
+    with pytest.raises(ParameterError, match=rf"\(.*{parameter}.*\) cannot .* operations on edges"):
+        smoothing(mesh)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value"),
+    [("fixed", "Some"), ("blend", "Some"), ("features", "hold"), ("stop_normal_deviation", 90.0)],
 )
-def test_what_does_not_combine_is_refused(constraint):
-    with pytest.raises(ParameterError, match="operations on edges"):
-        loop.smooth(meshes.torus(9, 6), Pairwise(), [constraint], iterations=1)
+def test_what_combines(parameter, value):
+    mesh = pv.wrap(meshes.polydata(meshes.torus(9, 6, jitter=0.3)))
+    mesh["Some"] = np.arange(mesh.n_points) % 2.0
+    smoothing = LaplacianSmoothing(scheme="pairwise", iterations=3, **{parameter: value})
+    result = pv.wrap(smoothing(mesh))
+    assert smoothing.report.moved > 0
+    before, after = smoothing.report.volume
+    assert after == pytest.approx(before, rel=1e-13)
+    if value == "Some":
+        held = mesh["Some"] == (1 if parameter == "fixed" else 0)
+        assert (result.points[held] == mesh.points[held]).all()
 
 
 def test_polygons_are_refused():

@@ -111,6 +111,8 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         """Smooth one polydata inside another."""
         source, installation = inputs
         whole = self._share
+        # What is wrong with arrays is said of the input, not of what follows from it.
+        self.read_arrays(source)
         self.progress(0.0, "triangulating")
         triangles = ValenceTriangulation()(source)
         self.progress(0.05, "measuring distances")
@@ -137,6 +139,8 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
             crossing=(state_before[1], after[1]),
             notes=given.notes,
         )
+        if self._vectors is not None and not self._vectors.any():
+            report.notes.append("The flow is zero everywhere: smoothing is the same in all directions.")
         for constraint in self._constraints:
             if isinstance(constraint, CurvatureBound):
                 report.curvature_radius = constraint.radius

@@ -50,9 +50,10 @@ class LaplacianSmoothing(SmoothingFilter):
     Guarantees
     ----------
     Fixed points and, unless it slides, the boundary keep their bits. The pairwise scheme keeps the volume (of
-    open meshes: the volume swept is 0) to 1e-14 of it in each iteration; what moves only one vertex does
-    not combine with it: gates, tangent plane, back to surface, deviation bound, sliding boundary. The flow's
-    size and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
+    open meshes: the volume swept is 0) to 1e-14 of it in each iteration; what judges or turns the step of
+    one vertex is refused with it: gates, creases, bounds on deviation and displacement, tangent plane, back
+    to surface, null space and corrections, boundaries and features that slide. The flow's size and sign do
+    not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
     of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
     With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
     shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.

@@ -9,8 +9,7 @@ from . import parallel
 from .adjacency import INTERIOR, Adjacency
 from .compiled import kernel
 from .mesh import Mesh
-from .quality import ring_normal, ring_normals
-from .schemes.cotangent import cotangent
+from .quality import ring_normals
 
 Float64 = npt.NDArray[np.float64]
 
@@ -29,34 +28,44 @@ def _mean_curvatures(starts, ends, points, near, curvature):  # type: ignore[no-
             sx = 0.0
             sy = 0.0
             sz = 0.0
+            nx = 0.0
+            ny = 0.0
+            nz = 0.0
             for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                 c = near.corners[i]
-                f = near.corner_face[c]
-                first = near.offsets[f]
-                size = near.offsets[f + 1] - first
+                last = near.offsets[near.corner_face[c] + 1]
+                size = last - near.offsets[near.corner_face[c]]
                 # The face as a fan of triangles (v, p, q) from v.
                 for step in range(1, size - 1):
-                    p = near.connectivity[first + (c - first + step) % size]
-                    q = near.connectivity[first + (c - first + step + 1) % size]
+                    p = near.connectivity[c + step if c + step < last else c + step - size]
+                    q = near.connectivity[c + step + 1 if c + step + 1 < last else c + step + 1 - size]
                     ax = points[p, 0] - x
                     ay = points[p, 1] - y
                     az = points[p, 2] - z
                     bx = points[q, 0] - x
                     by = points[q, 1] - y
                     bz = points[q, 2] - z
-                    at_p = cotangent(-ax, -ay, -az, bx - ax, by - ay, bz - az)
-                    at_q = cotangent(-bx, -by, -bz, ax - bx, ay - by, az - bz)
+                    cx = points[q, 0] - points[p, 0]
+                    cy = points[q, 1] - points[p, 1]
+                    cz = points[q, 2] - points[p, 2]
+                    tx = ay * bz - az * by
+                    ty = az * bx - ax * bz
+                    tz = ax * by - ay * bx
+                    twice = np.sqrt(tx * tx + ty * ty + tz * tz)
+                    if twice == 0.0:
+                        continue
+                    nx += tx
+                    ny += ty
+                    nz += tz
+                    at_p = -(ax * cx + ay * cy + az * cz) / twice
+                    at_q = (bx * cx + by * cy + bz * cz) / twice
                     sx += at_q * ax + at_p * bx
                     sy += at_q * ay + at_p * by
                     sz += at_q * az + at_p * bz
-                    nx = ay * bz - az * by
-                    ny = az * bx - ax * bz
-                    nz = ax * by - ay * bx
-                    whole = 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
                     if ax * bx + ay * by + az * bz < 0.0:
-                        area += 0.5 * whole
+                        area += 0.25 * twice
                     elif at_p < 0.0 or at_q < 0.0:
-                        area += 0.25 * whole
+                        area += 0.125 * twice
                     else:
                         area += 0.125 * (
                             at_q * (ax * ax + ay * ay + az * az) + at_p * (bx * bx + by * by + bz * bz)
@@ -64,7 +73,6 @@ def _mean_curvatures(starts, ends, points, near, curvature):  # type: ignore[no-
             if area > 0.0:
                 # sum (cot + cot) (p_i - p_j) / (2 A) = 2 kappa n
                 kappa = np.sqrt(sx * sx + sy * sy + sz * sz) / (4.0 * area)
-                nx, ny, nz = ring_normal(points, near, v)
                 curvature[v] = kappa if sx * nx + sy * ny + sz * nz <= 0.0 else -kappa
 
 
@@ -82,7 +90,7 @@ def mean_curvatures(mesh: Mesh, near: Adjacency) -> Float64:
 
 #: What a vertex may stand above its neighbours, as part of the noise's height, without being noise itself. A
 #: vertex that stands still takes no volume from its neighbours, so a bound that holds more is felt by all.
-_LEFT_OVER = 0.005
+_LEFT_OVER = 0.002
 
 
 def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) -> float:
@@ -90,11 +98,11 @@ def radius_by_noise(mesh: Mesh, near: Adjacency, free: npt.NDArray[np.bool_]) ->
 
     Noise is known by its height: sigma, the root mean square of how far the free vertices stand above
     the means of their one-rings (of a voxel surface: the stairs). On a sphere of radius r with edges of
-    length h that height is h^2 / (2 r). The radius returned is the one where it is 0.5 % of the noise's,
+    length h that height is h^2 / (2 r). The radius returned is the one where it is 0.2 % of the noise's,
 
-        r = h^2 / (2 * 0.005 sigma),
+        r = h^2 / (2 * 0.002 sigma),
 
-    h the mean edge length: the noise is removed until 0.5 % of it are left, and what is flatter stands still.
+    h the mean edge length: the noise is removed until 0.2 % of it are left, and what is flatter stands still.
     Infinite where there is no noise.
 
     Parameters

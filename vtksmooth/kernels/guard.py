@@ -12,7 +12,8 @@ from .compiled import allocating, device
 from .crossings import LIFT, crosses, crosses_found
 from .mesh import Mesh
 from .separation import BEFORE, CROWDED, FREE, PLANES, Separation, above, no_triangles, separate
-from .signed_distance import SignedDistanceTree, signed_distance, signed_distance_to
+from .signed_distance import SignedDistanceTree, signed_distance
+from .vicinity import Vicinities, no_vicinities, room_in_vicinity
 
 Float64 = npt.NDArray[np.float64]
 
@@ -30,13 +31,13 @@ class Guard(NamedTuple):
         Largest signed distance that each vertex may have.
     slack : (n,) float64
         How far each vertex may go from where it is now, at least.
+    vicinities : Vicinities
+        The faces near the vertices that have come close to them.
     tolerance : float
     active : bool
         Whether there is a space at all.
     exact : bool
         Whether triangles are judged too.
-    closed : bool
-        Whether the surface is closed: who does not cross it does not leave.
     separation : Separation
         What is known of the triangles, if they are judged.
     """
@@ -46,10 +47,10 @@ class Guard(NamedTuple):
     known: Float64
     limit: Float64
     slack: Float64
+    vicinities: Vicinities
     tolerance: float
     active: bool
     exact: bool
-    closed: bool
     separation: Separation
 
 
@@ -66,14 +67,6 @@ def bound_at(guard, v, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @device
-def distance_at(guard, v, x, y, z, bound, stack):  # type: ignore[no-untyped-def]
-    """Return the signed distance of vertex v at (x, y, z), where it is `bound` at most, by a query."""
-    # |d| changes by no more than the way either: the surface is no farther than that.
-    most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
-    return signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
-
-
-@device
 def learn(guard, v, x, y, z, distance):  # type: ignore[no-untyped-def]
     """Keep the signed distance of vertex v at (x, y, z)."""
     guard.known[v, 0] = x
@@ -83,24 +76,41 @@ def learn(guard, v, x, y, z, distance):  # type: ignore[no-untyped-def]
 
 
 @device
+def room_at(guard, v, x, y, z, stack):  # type: ignore[no-untyped-def]
+    """Return how far vertex v may go from (x, y, z), and how many queries that took.
+
+    Less than nothing if it may not even be there.
+    """
+    limit = guard.limit[v]
+    bound = bound_at(guard, v, x, y, z)
+    if bound <= limit:
+        return limit - bound, 0
+    room, distance = room_in_vicinity(guard.vicinities, guard.tree, guard.normals, v, x, y, z, limit)
+    asked = 0
+    if np.isnan(room):
+        # |d| changes by no more than the way either: the surface is no farther than that.
+        most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
+        distance = signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
+        asked = 1
+        room = limit - distance
+    if distance <= limit:
+        learn(guard, v, x, y, z, distance)
+    return room, asked
+
+
+@device
 def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
-    """Return whether vertex v may go to (x, y, z): 2 by what is known already, 1 by a query, 0 not.
+    """Return whether vertex v may go to (x, y, z), and how many queries that took.
 
     The slack is then that of the new place: whoever leaves the vertex where it was puts the old one back.
     """
     if step <= guard.slack[v]:
         guard.slack[v] -= step
-        return 2
-    answer = 2
-    bound = bound_at(guard, v, x, y, z)
-    if bound > guard.limit[v]:
-        answer = 1
-        bound = distance_at(guard, v, x, y, z, bound, stack)
-        if not bound <= guard.limit[v]:
-            return 0
-        learn(guard, v, x, y, z, bound)
-    guard.slack[v] = guard.limit[v] - bound
-    return answer
+        return True, 0
+    room, asked = room_at(guard, v, x, y, z, stack)
+    if room >= 0.0:
+        guard.slack[v] = room
+    return room >= 0.0, asked
 
 
 @device
@@ -110,50 +120,6 @@ def _left(guard, points, v):  # type: ignore[no-untyped-def]
     for axis in range(3):
         square += (points[v, axis] - guard.separation.anchor[v, axis]) ** 2
     return guard.separation.reach[v] - np.sqrt(square)
-
-
-@device
-def _near_distance(guard, points, v):  # type: ignore[no-untyped-def]
-    """Return the signed distance of v, where it is now, by the faces near; infinity if that is in doubt."""
-    kept = guard.separation
-    left = _left(guard, points, v)
-    fewest = -1
-    for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
-        row = kept.row[kept.corners[c] // 3]
-        if row >= 0 and (
-            fewest < 0 or kept.last[row] - kept.first[row] < kept.last[fewest] - kept.first[fewest]
-        ):
-            fewest = row
-    if fewest < 0 or not left > 0.0:
-        return np.inf
-    # All that is so near is near to each of them.
-    return signed_distance_to(
-        guard.tree, guard.normals, kept.faces, kept.first[fewest], kept.last[fewest],
-        points[v, 0], points[v, 1], points[v, 2], left,
-    )  # fmt: skip
-
-
-@device
-def _stay(guard, points, i, j, stack):  # type: ignore[no-untyped-def]
-    """Return whether i and j, where they are now, are as far inside as they must be; and the queries."""
-    asked = 0
-    for end in range(2):
-        v = i if end == 0 else j
-        if v < 0:
-            continue
-        x = points[v, 0]
-        y = points[v, 1]
-        z = points[v, 2]
-        bound = bound_at(guard, v, x, y, z)
-        if bound > guard.limit[v]:
-            distance = _near_distance(guard, points, v)
-            if distance == np.inf:
-                asked += 1
-                distance = distance_at(guard, v, x, y, z, bound, stack)
-            if not distance <= guard.limit[v]:
-                return False, asked
-            learn(guard, v, x, y, z, distance)
-    return True, asked
 
 
 @device
@@ -175,6 +141,19 @@ def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-d
     return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
 
 
+@device
+def _highest(planes, row, held, points, v, used):  # type: ignore[no-untyped-def]
+    """Return the height of v over the highest of the planes; 0 if there are none, -inf if v is not `used`."""
+    if not used:
+        return -np.inf
+    if held == 0:
+        return 0.0
+    highest = -np.inf
+    for s in range(held):
+        highest = max(highest, above(planes[row, s], points, v))
+    return highest
+
+
 @allocating
 def pending(guard):  # type: ignore[no-untyped-def]
     """Return the room for triangles whose planes will be others: which, how many planes, and these."""
@@ -189,14 +168,24 @@ def stars_may_go(guard, points, i, j, room, new):  # type: ignore[no-untyped-def
     They may if they are inside and no triangle round them crosses. `room` is
     :func:`~vtksmooth.kernels.crossings.scratch`. Returns too how many triangles were put into `new`
     (:func:`pending`), those whose planes are others now or that have none, and how many distances were asked
-    for; :func:`settle` makes that known, if the vertices go.
+    for; :func:`settle` makes that known, if the vertices go. The slack is then that of the new places:
+    whoever leaves the vertices where they were puts the old one back.
     """
     kept = guard.separation
     asked = 0
     count = 0
-    looked = False
-    lost_i = i >= 0 and _left(guard, points, i) < 0.0
-    lost_j = j >= 0 and _left(guard, points, j) < 0.0
+    for end in range(2):
+        v = i if end == 0 else j
+        if v >= 0:
+            free, queries = room_at(guard, v, points[v, 0], points[v, 1], points[v, 2], room[0])
+            asked += queries
+            if not free >= 0.0:
+                return False, count, asked
+            guard.slack[v] = free
+    left_i = _left(guard, points, i) if i >= 0 else np.inf
+    left_j = _left(guard, points, j) if j >= 0 else np.inf
+    free_i = left_i
+    free_j = left_j
     for end in range(2):
         v = i if end == 0 else j
         if v < 0:
@@ -206,58 +195,52 @@ def stars_may_go(guard, points, i, j, room, new):  # type: ignore[no-untyped-def
             p = kept.triangles[t, 0]
             q = kept.triangles[t, 1]
             r = kept.triangles[t, 2]
-            if end == 1 and (p == i or q == i or r == i):
+            has_i = p == i or q == i or r == i
+            has_j = p == j or q == j or r == j
+            if end == 1 and has_i:
                 continue
             row = kept.row[t]
             lost = row == CROWDED
             for corner in range(3):
                 k = kept.triangles[t, corner]
-                lost = lost or (lost_i if k == i else (lost_j if k == j else kept.lost[k] != 0))
-            if not lost:
-                if row == FREE:
-                    continue
-                highest = np.inf if kept.held[row] == 0 else -np.inf
-                for s in range(kept.held[row]):
-                    for corner in range(3):
-                        k = kept.triangles[t, corner]
-                        if k == i or k == j:  # noqa: SIM109 (they may differ in type)
-                            highest = max(highest, above(kept.planes[row, s], points, k))
-                if highest <= BEFORE * LIFT * guard.tolerance:
-                    continue
-            planes = 0
-            if not lost:
-                first = kept.first[row]
-                last = kept.last[row]
-                planes = separate(
-                    points, p, q, r, guard.tree, guard.normals, kept.faces, first, last, guard.tolerance,
-                    new[2][count],
-                )  # fmt: skip
-            if planes == 0:
-                if not looked:
-                    # What is refused most often.
-                    looked = True
-                    good, asked = _stay(guard, points, i, j, room[0])
-                    if not good:
-                        return False, count, asked
+                lost = lost or (left_i < 0.0 if k == i else (left_j < 0.0 if k == j else kept.lost[k] != 0))
+            if row == FREE and not lost:
+                continue
+            top_i = 0.0
+            top_j = 0.0
+            known = False
+            if not lost and kept.held[row] > 0:
+                top_i = _highest(kept.planes, row, kept.held[row], points, i, has_i)
+                top_j = _highest(kept.planes, row, kept.held[row], points, j, has_j)
+                known = max(top_i, top_j) <= BEFORE * LIFT * guard.tolerance
+            if not known:
+                planes = 0
                 if lost:
-                    good = not triangle_crosses(guard, points, p, q, r, room)
+                    crossing = triangle_crosses(guard, points, p, q, r, room)
                 else:
-                    good = not crosses_found(
+                    first = kept.first[row]
+                    last = kept.last[row]
+                    planes = separate(
+                        points, p, q, r, guard.tree, guard.normals, kept.faces, first, last, guard.tolerance,
+                        new[2][count],
+                    )  # fmt: skip
+                    crossing = planes == 0 and crosses_found(
                         points, p, q, r, guard.tree, guard.normals, guard.tolerance,
                         kept.faces[first:last], last - first,
                     )  # fmt: skip
-                if not good:
+                if crossing:
                     return False, count, asked
-            new[0][count] = t
-            new[1][count] = planes
-            count += 1
-    if not looked and not (
-        guard.closed
-        and (i < 0 or guard.limit[i] <= guard.tolerance)
-        and (j < 0 or guard.limit[j] <= guard.tolerance)
-    ):
-        good, asked = _stay(guard, points, i, j, room[0])
-        return good, count, asked
+                top_i = _highest(new[2], count, planes, points, i, has_i)
+                top_j = _highest(new[2], count, planes, points, j, has_j)
+                new[0][count] = t
+                new[1][count] = planes
+                count += 1
+            free_i = min(free_i, -top_i)
+            free_j = min(free_j, -top_j)
+    if i >= 0:
+        guard.slack[i] = max(0.0, min(guard.slack[i], free_i))
+    if j >= 0:
+        guard.slack[j] = max(0.0, min(guard.slack[j], free_j))
     return True, count, asked
 
 
@@ -283,39 +266,13 @@ def settle(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
 
 @device
 def spread(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
-    """Find how far i, j and the other corners of the triangles in `new` may go, after :func:`settle`."""
-    kept = guard.separation
+    """Find how far the other corners of the triangles in `new` may go, after :func:`settle`."""
     for c in range(count):
-        t = new[0][c]
         for corner in range(3):
-            k = kept.triangles[t, corner]
-            if k == i or k == j:  # noqa: SIM109 (they may differ in type)
-                continue
-            highest = 0.0 if new[1][c] == 0 else -np.inf
-            for s in range(new[1][c]):
-                highest = max(highest, above(new[2][c, s], points, k))
+            k = guard.separation.triangles[new[0][c], corner]
+            other = k != i and k != j
+            highest = _highest(new[2], c, new[1][c], points, k, other)
             guard.slack[k] = min(guard.slack[k], max(0.0, -highest))
-    for end in range(2):
-        v = i if end == 0 else j
-        if v < 0:
-            continue
-        free = _left(guard, points, v)
-        if not (guard.closed and guard.limit[v] <= guard.tolerance):
-            free = min(free, guard.limit[v] - bound_at(guard, v, points[v, 0], points[v, 1], points[v, 2]))
-        for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
-            t = kept.corners[c] // 3
-            row = kept.row[t]
-            if row == FREE:
-                for corner in range(3):
-                    if kept.lost[kept.triangles[t, corner]]:
-                        free = 0.0
-                continue
-            if row == CROWDED or kept.held[row] == 0:
-                free = 0.0
-                continue
-            for s in range(kept.held[row]):
-                free = min(free, -above(kept.planes[row, s], points, v))
-        guard.slack[v] = max(0.0, free)
 
 
 def guard_of(
@@ -332,7 +289,7 @@ def guard_of(
     exact = separation is not None
     return Guard(
         space.tree, space.normals, places, limits, np.maximum(0.0, limits - places[:, 3]),
-        float(tolerance), active, exact, exact and space.closed, separation or no_triangles(),
+        no_vicinities(len(places)), float(tolerance), active, exact, separation or no_triangles(),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from . import parallel
 from .adjacency import BORDER, IRREGULAR, Adjacency
 from .compiled import device, kernel
 from .mesh import Mesh
-from .quality import area_vectors, ring_normals
+from .quality import area_vector, area_vectors, ring_normals
 from .swept_volume import sweep_face
 
 Float64 = npt.NDArray[np.float64]
@@ -76,7 +76,8 @@ def _dihedral_angles(starts, ends, points, edge_ends, edge_faces, area, degrees)
 @kernel
 def _volumes(starts, ends, points, offsets, connectivity, origin, volumes):  # type: ignore[no-untyped-def]
     # Pyramid over each face with its tip at `origin`. A face with more than three corners is the fan
-    # round the mean of its corners; for a quadrilateral that is the volume under its bilinear patch.
+    # round the mean of its corners; for a quadrilateral that is the volume under its bilinear patch. Whatever
+    # the origin, areas come from differences of corners: products of places would cancel, digit by digit.
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
             a = offsets[f]
@@ -92,21 +93,8 @@ def _volumes(starts, ends, points, offsets, connectivity, origin, volumes):  # t
                 mx += points[p, 0] - origin[0]
                 my += points[p, 1] - origin[1]
                 mz += points[p, 2] - origin[2]
-            mx /= size
-            my /= size
-            mz /= size
-            total = 0.0
-            for c in range(1 if size == 3 else size):
-                p = connectivity[a + c]
-                q = connectivity[a + (c + 1) % size]
-                ax = points[p, 0] - origin[0]
-                ay = points[p, 1] - origin[1]
-                az = points[p, 2] - origin[2]
-                bx = points[q, 0] - origin[0]
-                by = points[q, 1] - origin[1]
-                bz = points[q, 2] - origin[2]
-                total += mx * (ay * bz - az * by) + my * (az * bx - ax * bz) + mz * (ax * by - ay * bx)
-            volumes[f] = total / (2.0 if size == 3 else 6.0)  # the three parts of a triangle are equal
+            nx, ny, nz = area_vector(points, offsets, connectivity, f)
+            volumes[f] = (mx * nx + my * ny + mz * nz) / (3.0 * size)
 
 
 @kernel

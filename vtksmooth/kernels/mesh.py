@@ -92,6 +92,9 @@ class Mesh:
     @classmethod
     def from_faces(cls, points: npt.ArrayLike, faces: Any) -> Mesh:
         """Make a mesh from points and a list of faces (an (m, c) array, or a sequence of sequences)."""
+        if isinstance(faces, np.ndarray) and faces.ndim == 2:
+            count, size = faces.shape
+            return cls.from_arrays(points, size * np.arange(count + 1), faces.ravel())
         sizes = [len(face) for face in faces]
         flat = [np.asarray(face, dtype=np.int64) for face in faces]
         connectivity = np.concatenate(flat) if flat else np.empty(0, dtype=np.int64)

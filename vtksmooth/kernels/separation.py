@@ -7,7 +7,7 @@ go until one of its triangles does is one number.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,15 +17,13 @@ from .adjacency import Adjacency
 from .compiled import device, kernel
 from .crossings import FACES, LIFT, face_normal, faces_near, height, no_box, scratch
 from .signed_distance import SignedDistanceTree
+from .vicinity import REACH, enlarged
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
 
 #: Most planes of a triangle.
 PLANES = 4
-
-#: How far a vertex may go before the faces near are looked for again, in lengths of its edges.
-REACH = 0.6
 
 #: Rows of triangles with no face near, and with more than can be kept.
 FREE, CROWDED = -1, -2
@@ -185,13 +183,13 @@ def separate(points, p, q, r, tree, normals, near, first, last, tolerance, plane
 
 @kernel
 def _anchor(starts, ends, points, pinned, offsets, ring, anchor, reach, lost, stale):  # type: ignore[no-untyped-def]
-    # Anew for vertices that have gone half of their way. A vertex that stays reaches nowhere.
+    # Anew for vertices that have gone four fifths of their way. A vertex that stays reaches nowhere.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             square = 0.0
             for axis in range(3):
                 square += (points[v, axis] - anchor[v, axis]) ** 2
-            stale[v] = not square <= 0.25 * reach[v] * reach[v]
+            stale[v] = not square <= 0.64 * reach[v] * reach[v]
             if not stale[v]:
                 continue
             lost[v] = 0
@@ -294,7 +292,7 @@ def refreshed(
     space: SignedDistanceTree,
     tolerance: float,
 ) -> Separation:
-    """Look for the faces near where vertices have gone half of their way, and return what is known then."""
+    """Look for the faces near where vertices have gone most of their way, and return what is known then."""
     old = separation
     stale = np.empty(len(points), np.bool_)
     parallel.run(
@@ -318,20 +316,11 @@ def refreshed(
     old.row[chosen] = np.arange(old.rows, rows)
     # What triangles had before stays behind, unused.
     new = old._replace(
-        first=_room(old.first, rows), last=_room(old.last, rows), held=_room(old.held, rows),
-        planes=_room(old.planes, rows), faces=_room(old.faces, filled), rows=rows, filled=filled,
+        first=enlarged(old.first, rows), last=enlarged(old.last, rows), held=enlarged(old.held, rows),
+        planes=enlarged(old.planes, rows), faces=enlarged(old.faces, filled), rows=rows, filled=filled,
     )  # fmt: skip
     new.first[old.rows : rows] = last - size[full]
     new.last[old.rows : rows] = last
     new.held[old.rows : rows] = 0
     new.faces[old.filled : filled] = np.concatenate(faces)
     return new
-
-
-def _room(values: npt.NDArray[Any], size: int) -> npt.NDArray[Any]:
-    """Return an array that begins with `values` and has room for `size` of them."""
-    if size <= len(values):
-        return values
-    larger = np.empty((size + size // 2, *values.shape[1:]), values.dtype)
-    larger[: len(values)] = values
-    return larger

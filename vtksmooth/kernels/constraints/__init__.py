@@ -21,6 +21,9 @@ Int64 = npt.NDArray[np.int64]
 class Constraint:
     """Something that a run must respect."""
 
+    #: What messages call it, and the parameters that ask for it.
+    name: str = ""
+
     #: Whether the constraint's promise holds only when neighbours do not move at the same time.
     in_place: bool = False
 
@@ -35,7 +38,7 @@ class Constraint:
     damping: Float64 | None = None
 
     def __str__(self) -> str:
-        return type(self).__name__
+        return self.name or type(self).__name__
 
     def bind(self, state: State) -> None:
         """Look at the mesh once, before the first pass; pin vertices that may never move."""

@@ -52,9 +52,7 @@ class Boundary(Constraint):
         self.sliding = sliding
         self.corner_angle = corner_angle
         self.on_edges = not sliding
-
-    def __str__(self) -> str:
-        return "A sliding boundary" if self.sliding else "A fixed boundary"
+        self.name = "A sliding boundary (boundary)" if sliding else "A fixed boundary"
 
     def bind(self, state: State) -> None:
         border = state.near.border

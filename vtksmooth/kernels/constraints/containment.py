@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import InvalidMeshError
-from .. import parallel
+from .. import parallel, separation, vicinity
 from ..compiled import kernel
 from ..crossings import LIFT, scratch
 from ..guard import guard_of, may_go, pending, settle, stars_may_go
-from ..separation import BEFORE, nothing_known, refreshed
 from ..signed_distance import SignedDistanceTree
 from ..state import State
 from . import Constraint, Float64, Int64
@@ -29,27 +28,26 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):  # type: ignore
             if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             checked += 1
+            slack = guard.slack[v]
             if guard.exact:
                 # Neighbours stand still: the vertex may be tried out where it wants to go.
                 points[v] = proposed[v]
                 good, count, queries = stars_may_go(guard, points, v, -1, room, new)
-                asked += queries
                 if good:
                     settle(guard, points, v, -1, new, count)
                 points[v, 0] = x
                 points[v, 1] = y
                 points[v, 2] = z
             else:
-                slack = guard.slack[v]
                 step = np.sqrt(
                     (proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2
                 )
-                answer = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0])
-                asked += answer < 2
-                good = answer > 0
-                if not good:
-                    guard.slack[v] = slack
+                good, queries = may_go(
+                    guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0]
+                )
+            asked += queries
             if not good:
+                guard.slack[v] = slack
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
@@ -96,27 +94,38 @@ class Containment(Constraint):
         used = np.diff(state.near.corner_offsets) > 0
         distance = np.zeros(len(state.points))
         distance[used] = self.space(state.points[used])
-        near, separation, limit = state.near, None, self.tolerance
+        near, triangles, self.limit = state.near, None, self.tolerance
         if self.exact:
             # As far as separating planes allow: between that and the tolerance every triangle needs a test.
-            limit *= BEFORE * LIFT
-            triangles = state.topology.connectivity.reshape(-1, 3)
-            separation = nothing_known(triangles, near.corner_offsets, near.corners)
+            self.limit *= separation.BEFORE * LIFT
+            triangles = separation.nothing_known(
+                state.topology.connectivity.reshape(-1, 3), near.corner_offsets, near.corners
+            )
         self.guard = guard_of(
-            self.space, np.column_stack((state.points, distance)), np.maximum(limit, distance),
-            self.tolerance, separation=separation,
+            self.space, np.column_stack((state.points, distance)), np.maximum(self.limit, distance),
+            self.tolerance, separation=triangles,
         )  # fmt: skip
+        # Who is near a wall will ask for it.
+        first = state.topology.offsets[:-1][state.topology.face_sizes > 1]
+        sides = state.points[state.topology.connectivity[first + 1]]
+        sides -= state.points[state.topology.connectivity[first]]
+        length = np.linalg.norm(sides, axis=1).sum() / max(1, len(sides))
+        self.guard.vicinities.wanted[:] = (state.pinned == 0) & (distance > -vicinity.REACH * length)
         self.outside = int(np.count_nonzero(distance > self.tolerance))
         self.checked = self.asked = 0
 
     def prepare(self, state: State) -> None:
+        guard = self.guard
         if self.exact:
-            guard = self.guard
-            separation = refreshed(
+            triangles = separation.refreshed(
                 guard.separation, state.points, state.near, state.pinned, guard.known, guard.slack,
                 self.space, self.tolerance,
             )  # fmt: skip
-            self.guard = guard._replace(separation=separation)
+            guard = guard._replace(separation=triangles)
+        vicinities = vicinity.refreshed(
+            guard.vicinities, state.points, state.near, guard.known, self.space, self.limit, self.tolerance
+        )
+        self.guard = guard._replace(vicinities=vicinities)
 
     def count(self, checked: int, asked: int) -> None:
         """Add what kernels have checked and asked."""

@@ -119,6 +119,8 @@ class Creases(Constraint):
         Degrees, 0 to 180.
     """
 
+    name = "A bound on creases (crease_angle)"
+
     in_place = True
     convex = False
 

@@ -15,6 +15,8 @@ class DeviationBound(Constraint):
         Largest allowed distance, model units.
     """
 
+    name = "A bound on the deviation (max_deviation_fraction)"
+
     convex = False
 
     def __init__(self, distance: float) -> None:

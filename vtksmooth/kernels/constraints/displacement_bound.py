@@ -54,11 +54,10 @@ class DisplacementBound(Constraint):
         stay, bit for bit.
     """
 
+    name = "A bound on displacements (max_displacement)"
+
     def __init__(self, distances: npt.ArrayLike) -> None:
         self.distances = np.ascontiguousarray(distances, np.float64)
-
-    def __str__(self) -> str:
-        return "A bound on displacements (max_displacement)"
 
     def follow(self, before: Sequence[Constraint]) -> None:
         self.convex = not any(isinstance(constraint, BackToSurface) for constraint in before)

@@ -26,6 +26,8 @@ class FeatureLines(Constraint):
         vertices without two such neighbours stay. If false, no ridge vertex moves.
     """
 
+    name = "A line of features that slides (features)"
+
     def __init__(self, sliding: bool = True) -> None:
         self.sliding = sliding
         self.on_edges = not sliding

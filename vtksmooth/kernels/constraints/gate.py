@@ -165,6 +165,8 @@ class Gate(Constraint):
         Of ``"floor"``: k that is good enough, 0 to 1.
     """
 
+    name = "A gate (gate)"
+
     in_place = True
 
     def __init__(self, measure: str = "aspect", floor: float = 0.6) -> None:

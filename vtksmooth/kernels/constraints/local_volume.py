@@ -285,6 +285,8 @@ class LocalVolume(Constraint):
         run's input: (8) to (11) of the paper. 0 if absent.
     """
 
+    name = "A local volume (corrections, preserve_volume)"
+
     convex = False
 
     def __init__(

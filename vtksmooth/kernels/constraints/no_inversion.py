@@ -171,6 +171,8 @@ class NoInversion(Constraint):
     the run's start, exactly as k is signed. The paper has no such guard.
     """
 
+    name = "The promise that nothing inverts"
+
     convex = False
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:

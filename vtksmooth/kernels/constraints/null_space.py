@@ -185,6 +185,8 @@ class NullSpace(Constraint):
     :class:`~vtksmooth.kernels.constraints.boundary.Boundary`, except that corners on it stay.
     """
 
+    name = "The null space (null_space)"
+
     def __init__(self) -> None:
         #: Direction d of each vertex (3.1), as the last pass found it; zero where there is none.
         self.direction: Float64 = np.empty((0, 3))

@@ -32,5 +32,7 @@ def _project(starts, ends, points, near, pinned, proposed):  # type: ignore[no-u
 class TangentPlane(Constraint):
     """Take from every step its part along the vertex' area-weighted ring normal."""
 
+    name = "The tangent plane (tangent_plane)"
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(_project, starts, ends, state.points, state.near, state.pinned, proposed)

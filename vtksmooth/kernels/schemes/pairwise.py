@@ -315,12 +315,11 @@ def _may_both_go(guard, i, j, rows, d, step_i, step_j, stack):  # type: ignore[n
     for end in range(2):
         v = i if end == 0 else j
         if good and rows[v, 6] > 0.0:
-            answer = may_go(
+            good, queries = may_go(
                 guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2],
                 step_i if end == 0 else step_j, stack,
             )  # fmt: skip
-            asked += answer < 2
-            good = answer > 0
+            asked += queries
     return good, asked
 
 
@@ -410,17 +409,15 @@ def _sweep(  # type: ignore[no-untyped-def]
                 if step_i <= slack_i and step_j <= slack_j:
                     guard.slack[i] -= step_i
                     guard.slack[j] -= step_j
-                elif not guard.exact:
-                    good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, room[0])
+                else:
+                    if guard.exact:
+                        good, queries = _stars_may_go(guard, i, j, rows, d, old, room, new)
+                    else:
+                        good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, room[0])
                     asked += queries
                     if not good:
                         guard.slack[i] = slack_i
                         guard.slack[j] = slack_j
-                        continue
-                else:
-                    good, queries = _stars_may_go(guard, i, j, rows, d, old, room, new)
-                    asked += queries
-                    if not good:
                         continue
             _move(i, 0, rows, d)
             _move(j, 1, rows, d)
