@@ -77,22 +77,29 @@ def run(
     total = int((ends - starts).sum())
     if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
-    # This thread works too, and whoever is ready takes the next share: one that wakes late, or is taken from
-    # its core, holds up nobody. Shares get smaller towards the end, so that all threads end together.
-    bounds = [0]
-    while bounds[-1] < len(starts):
-        bounds.append(bounds[-1] + max(1, (len(starts) - bounds[-1]) // (2 * threads)))
-    results: list[Any] = [None] * (len(bounds) - 1)
-    shares = iter([(i, starts[a:b], ends[a:b]) for i, (a, b) in enumerate(itertools.pairwise(bounds))])
+    # Every thread has a part of its own, the same in every run: what it wrote last time is in its cache. Who is
+    # ready takes from the others: a thread that wakes late, or is taken from its core, holds up nobody. Shares
+    # get smaller towards the end of a part, so that all threads end together.
+    bounds, firsts = [0], []
+    for thread in range(threads):
+        firsts.append(len(bounds) - 1)
+        end = (thread + 1) * len(starts) // threads
+        while bounds[-1] < end:
+            bounds.append(bounds[-1] + (end - bounds[-1] + 1) // 2)
+    shares = dict(enumerate(itertools.pairwise(bounds)))
+    count = len(shares)
+    results: list[Any] = [None] * count
 
-    def work() -> None:
-        for number, first, last in shares:
-            results[number] = kernel(first, last, *arguments)
+    def work(first: int) -> None:
+        for number in itertools.chain(range(first, count), range(first)):
+            share = shares.pop(number, None)
+            if share is not None:
+                results[number] = kernel(starts[slice(*share)], ends[slice(*share)], *arguments)
 
     executor = _executor(threads - 1)
-    helpers = [executor.submit(work) for _ in range(threads - 1)]
+    helpers = [executor.submit(work, first) for first in firsts[1:]]
     try:
-        work()
+        work(0)
     finally:  # whoever has begun must end before anybody else uses the arrays
         begun = [helper for helper in helpers if not helper.cancel()]
         wait(begun)
