@@ -77,8 +77,8 @@ def run(
     total = int((ends - starts).sum())
     if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
-    # Every thread has a part of its own, the same in every run: what it wrote last time is in its cache. Who is
-    # ready takes from the others: a thread that wakes late, or is taken from its core, holds up nobody. Shares
+    # Every thread has a part of its own, the same in every run: what it wrote last time is in its cache.
+    # Who is ready takes from the others: a thread that wakes late, or is held up, holds up nobody. Shares
     # get smaller towards the end of a part, so that all threads end together.
     bounds, firsts = [0], []
     for thread in range(threads):
