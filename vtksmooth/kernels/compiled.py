@@ -23,7 +23,10 @@ _log = logging.getLogger("vtksmooth")
 
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
 #: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+
+#: For what only kernels call: nothing by which Python or C could call it, which takes the compiler its time.
+_INNER: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
 
 
 #: An import from this package at the left margin: its dots, module and names. Parsing the sources would
@@ -105,13 +108,13 @@ def kernel(function: Callable[..., Any]) -> Any:
 #: A helper of kernels, always part of its caller's machine code: left to itself the compiler makes
 #: calls of them, at half the speed. It counts no references, which takes a third of the time of those that
 #: are handed many arrays: it must make no arrays, nor return any.
-device = numba.njit(forceinline=True, _nrt=False, **_OPTIONS)
+device = numba.njit(forceinline=True, _nrt=False, **_INNER)
 
 #: The same, but called: for what is seldom needed, so that the loop round it stays small.
-routine = numba.njit(_nrt=False, **_OPTIONS)
+routine = numba.njit(_nrt=False, **_INNER)
 
 #: A helper of kernels that makes arrays.
-allocating = numba.njit(**_OPTIONS)
+allocating = numba.njit(**_INNER)
 
 
 class _Announcer(event.Listener):
