@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels.closest_point import ClosestPoint
 from ..kernels.crossings import crossing_triangles
 from ..kernels.triangulate import triangulate
 from ..kernels.winding_number import winding_number
@@ -97,7 +96,7 @@ class ContainmentCheck(Filter):
         if space.closed:
             _settle_signs(space, mesh.points, distances, tolerance)
         self.progress(0.7, "looking for crossings")
-        crossing = crossing_triangles(mesh.points, triangles, ClosestPoint(space.mesh), distances, tolerance)
+        crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)
         used = distances[np.unique(triangles)]
         self.summary = {
             "vertices_outside": int((used > tolerance).sum()),

@@ -22,10 +22,11 @@ from numba.core import event
 _log = logging.getLogger("vtksmooth")
 
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
-#: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch.
+#: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch. Nothing in C calls
+#: them, and the compiler need not make that possible.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
-#: For what only kernels call: nothing by which Python or C could call it, which takes the compiler its time.
+#: For what only kernels call: nothing by which Python could call it, which takes the compiler its time.
 _INNER: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
 
 

@@ -241,9 +241,9 @@ def _gather(  # type: ignore[no-untyped-def]
             kept.reach[row] = reach
             if closed:
                 kept.held[row], kept.convex[row] = _find_planes(
-                tree, normals, near, size[i], x, y, z, np.sqrt(nearest), reach, limit, tolerance,
-                kept.planes[row],
-            )  # fmt: skip
+                    tree, normals, near, size[i], x, y, z, np.sqrt(nearest), reach, limit, tolerance,
+                    kept.planes[row],
+                )  # fmt: skip
             if total + size[i] > faces.size:
                 larger = np.empty(2 * faces.size, np.int32)
                 larger[:total] = faces[:total]

@@ -132,6 +132,15 @@ def _read_rings(size, ring, first, points, x, y, z, place, unit):  # type: ignor
 
 
 @device
+def _take(cosine, at, lowest, second, found):  # type: ignore[no-untyped-def]
+    """Return the lowest cosine, the second lowest, and where the lowest stands, after one more."""
+    lower = cosine < lowest
+    higher = select(lower, lowest, cosine)
+    second = select(higher < second, higher, second)
+    return select(lower, cosine, lowest), second, select(lower, at, found)
+
+
+@device
 def _find_partners(size, unit, cosines, partner):  # type: ignore[no-untyped-def]
     """Write where each neighbour's partner begins in `place`; return whether float64 would find the same."""
     none = narrow(spread(2.0))
@@ -146,21 +155,13 @@ def _find_partners(size, unit, cosines, partner):  # type: ignore[no-untyped-def
         at = found
         for j in range(i):
             cosine = load(cosines, size * j + i)
-            lower = cosine < lowest
-            higher = select(lower, lowest, cosine)
-            second = select(higher < second, higher, second)
-            lowest = select(lower, cosine, lowest)
-            found = select(lower, at, found)
+            lowest, second, found = _take(cosine, at, lowest, second, found)
             at += float(_ROWS * WIDTH)
         for j in range(i + 1, size):
             at += float(_ROWS * WIDTH)
             cosine = ux * load(unit, 3 * j) + uy * load(unit, 3 * j + 1) + uz * load(unit, 3 * j + 2)
             store(cosines, size * i + j, cosine)
-            lower = cosine < lowest
-            higher = select(lower, lowest, cosine)
-            second = select(higher < second, higher, second)
-            lowest = select(lower, cosine, lowest)
-            found = select(lower, at, found)
+            lowest, second, found = _take(cosine, at, lowest, second, found)
         store(partner, i, found)
         lead = second - lowest
         clear = select(lead < clear, lead, clear)
