@@ -292,7 +292,10 @@ def display():
     if not shutil.which("Xvfb"):
         missing("Xvfb is missing; on Debian: apt-get install xvfb")
     reading, writing = os.pipe()
-    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "800x600x24", "-nolisten", "tcp"]
+    # Otherwise it begins anew when its last client has gone, and refuses whoever comes meanwhile; ParaView
+    # comes twice.
+    options = ["-noreset", "-nolisten", "tcp", "-screen", "0", "800x600x24"]
+    command = ["Xvfb", "-displayfd", str(writing), *options]
     with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
         os.close(writing)
         with open(reading) as answer:

@@ -1346,7 +1346,8 @@ class VtksmoothAccessor:
         """Count the vertices of a mesh outside its installation space, and the triangles that cross it.
 
         Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
-        angle-weighted pseudonormals. A triangle whose corners are all inside may still be pierced, by a concave
+        angle-weighted pseudonormals; where compiled code finds another sign, at slivers, the winding number of a
+        closed space decides. A triangle whose corners are all inside may still be pierced, by a concave
         corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
         ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and beyond it.
 
