@@ -7,10 +7,12 @@ which range never matters to a result; the ranges themselves do not depend on th
 
 from __future__ import annotations
 
+import functools
 import itertools
 import os
+import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,8 @@ Int64 = npt.NDArray[np.int64]
 SMALLEST_SHARE = 20_000
 
 _threads = 0
-_pool: ThreadPoolExecutor | None = None
+_helpers: list[threading.Thread] = []
+_tasks: SimpleQueue[Callable[[], None]] = SimpleQueue()
 
 
 def number_of_threads() -> int:
@@ -43,18 +46,45 @@ def number_of_threads() -> int:
 
 def set_number_of_threads(threads: int) -> None:
     """Set the number of threads for this process; 0 goes back to the default. Results do not depend on it."""
-    global _threads, _pool
+    global _threads
     if threads < 0:
         raise ParameterError(f"The number of threads must be 0 (all) or more, not {threads}.")
     _threads = threads
-    _pool = None
 
 
-def _executor(threads: int) -> ThreadPoolExecutor:
-    global _pool
-    if _pool is None or _pool._max_workers != threads:
-        _pool = ThreadPoolExecutor(threads, thread_name_prefix="vtksmooth")
-    return _pool
+def _serve() -> None:
+    while True:
+        _tasks.get()()
+
+
+def _ask(task: Callable[[], None], helpers: int) -> None:
+    # Helpers are daemons: idle ones hold up nobody's exit, and run() leaves none at work.
+    while len(_helpers) < helpers:
+        _helpers.append(threading.Thread(target=_serve, name=f"vtksmooth-{len(_helpers) + 1}", daemon=True))
+        _helpers[-1].start()
+    for _ in range(helpers):
+        _tasks.put(task)
+
+
+@functools.lru_cache
+def _shares(count: int, threads: int) -> tuple[list[int], list[slice]]:
+    """Cut `count` ranges into shares; return each thread's first one, and all.
+
+    Every thread has a part of its own, the same in every run: what it wrote last time is in its cache.
+    Who is ready takes from the others: a thread that wakes late, or is held up, holds up nobody. Shares
+    get smaller towards the end of a part, so that all threads end together.
+    """
+    firsts: list[int] = []
+    shares: list[slice] = []
+    begin = 0
+    for thread in range(threads):
+        firsts.append(len(shares))
+        end = (thread + 1) * count // threads
+        while begin < end:
+            size = (2 * (end - begin) + 2) // 3
+            shares.append(slice(begin, begin + size))
+            begin += size
+    return firsts, shares
 
 
 def ranges(n: int, size: int = 4096) -> tuple[Int64, Int64]:
@@ -77,32 +107,28 @@ def run(
     total = int((ends - starts).sum())
     if threads < 2 or len(starts) < 2 or total < 2 * smallest:
         return [kernel(starts, ends, *arguments)]
-    # Every thread has a part of its own, the same in every run: what it wrote last time is in its cache.
-    # Who is ready takes from the others: a thread that wakes late, or is held up, holds up nobody. Shares
-    # get smaller towards the end of a part, so that all threads end together.
-    bounds, firsts = [0], []
-    for thread in range(threads):
-        firsts.append(len(bounds) - 1)
-        end = (thread + 1) * len(starts) // threads
-        while bounds[-1] < end:
-            bounds.append(bounds[-1] + (end - bounds[-1] + 1) // 2)
-    shares = dict(enumerate(itertools.pairwise(bounds)))
-    count = len(shares)
-    results: list[Any] = [None] * count
+    firsts, cut = _shares(len(starts), threads)
+    shares = dict(enumerate(cut))
+    results: list[Any] = [None] * len(shares)
+    idle = list(firsts[1:])
+    ended: SimpleQueue[BaseException | None] = SimpleQueue()
 
     def work(first: int) -> None:
-        for number in itertools.chain(range(first, count), range(first)):
+        for number in itertools.chain(range(first, len(results)), range(first)):
             share = shares.pop(number, None)
-            if share is not None:
-                results[number] = kernel(starts[slice(*share)], ends[slice(*share)], *arguments)
+            if share is None:
+                continue
+            try:
+                results[number] = kernel(starts[share], ends[share], *arguments)
+            except BaseException as error:  # raised below, in the thread of the caller
+                ended.put(error)
+            else:
+                ended.put(None)
 
-    executor = _executor(threads - 1)
-    helpers = [executor.submit(work, first) for first in firsts[1:]]
-    try:
-        work(0)
-    finally:  # whoever has begun must end before anybody else uses the arrays
-        begun = [helper for helper in helpers if not helper.cancel()]
-        wait(begun)
-    for helper in begun:
-        helper.result()
+    # A helper that comes when all is taken finds nothing to do, and is not waited for.
+    _ask(lambda: work(idle.pop()), threads - 1)
+    work(0)
+    errors = [ended.get() for _ in results]  # whoever has begun must end before anybody else uses the arrays
+    for error in filter(None, errors):
+        raise error
     return results
