@@ -15,12 +15,13 @@ from .filters import FILTERS, Filter
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
 from .kernels import adjacency, paths, regions, screen
+from .kernels.compile_ahead import compiling_ahead
 from .kernels.compiled import on_compile
 from .kernels.mesh import Mesh
 from .kernels.ray import first_hit
 
 
-def _bump(size: int, kind: str) -> vtkPolyData:
+def bump(size: int, kind: str) -> vtkPolyData:
     """Return a bumpy grid of triangles, quads, or both in turn; one point of it is fixed.
 
     The last kind is closed by one large polygon: more corners than triangulation takes at once.
@@ -55,7 +56,7 @@ def _bump(size: int, kind: str) -> vtkPolyData:
     return mesh
 
 
-def _space(size: int) -> vtkPolyData:
+def space_over(size: int) -> vtkPolyData:
     """Return a box round the bumps, near to their top."""
     box = vtkCubeSource(bounds=(-1.0, size + 1.0, -1.0, size, -1.0, 0.41))
     box.Update()
@@ -138,10 +139,10 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
         How many kernels were compiled; 0 when all of them had been before.
     """
     size = 6
-    meshes, space = [_bump(size, kind) for kind in ("triangles", "quads", "mixed")], _space(size)
+    meshes, space = [bump(size, kind) for kind in ("triangles", "quads", "mixed")], space_over(size)
     jobs = [(cls, setting) for cls in FILTERS for setting in _settings(cls)]
     compiled: list[str] = []
-    with on_compile(compiled.append):
+    with on_compile(compiled.append), compiling_ahead(""):
         for number, (cls, setting) in enumerate(jobs):
             if progress:
                 progress(number / len(jobs), cls.command)

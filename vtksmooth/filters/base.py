@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vt
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
+from ..kernels.compile_ahead import compiling_ahead
 from .arrays import vtk_array
 from .parameter import Parameter, add_vtk_access, documentation, parameters_of
 
@@ -186,7 +187,8 @@ class Filter(VTKPythonAlgorithmBase):
         self.last_error = None
         try:
             sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
-            self._execute_all(sources, outputs)
+            with compiling_ahead(type(self).__name__):
+                self._execute_all(sources, outputs)
         except Cancelled as cancelled:
             self.last_error = cancelled
         except VtksmoothError as error:

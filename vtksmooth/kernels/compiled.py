@@ -89,6 +89,11 @@ def _user_cache() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vtksmooth"
 
 
+def is_cached(source: Path) -> bool:
+    """Return whether the machine code of kernels in `source` can be kept on disk."""
+    return _cache_folder(source) is not None
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` on first call, and keep the machine code on disk.
 
@@ -122,7 +127,8 @@ class _Announcer(event.Listener):
     """Tells every listener the name of each kernel that is about to be compiled."""
 
     def __init__(self) -> None:
-        self.listeners: list[Callable[[str], None]] = []
+        #: Listeners, and whether they tell the user.
+        self.listeners: list[tuple[Callable[[str], None], bool]] = []
         self.depth = 0
         self.said = False
 
@@ -132,10 +138,10 @@ class _Announcer(event.Listener):
         if self.depth > 1 or not dispatcher.py_func.__module__.startswith("vtksmooth."):
             return
         name = dispatcher.py_func.__name__
-        if not self.listeners and not self.said:
+        if not self.said and not any(telling for _, telling in self.listeners):
             self.said = True
             _log.warning("vtksmooth compiles its kernels, once per installation; this takes some seconds.")
-        for listener in self.listeners:
+        for listener, _ in list(self.listeners):
             listener(name)
 
     def on_end(self, event: Any) -> None:
@@ -147,10 +153,13 @@ event.register("numba:compile", _announcer)
 
 
 class on_compile:  # noqa: N801 (used like a function)
-    """While this context is open, call ``listener(name)`` before each kernel is compiled."""
+    """While this context is open, call ``listener(name)`` before each kernel is compiled.
 
-    def __init__(self, listener: Callable[[str], None]) -> None:
-        self._listener = listener
+    Without a listener that tells the user, the log does; one that works `silently` is none.
+    """
+
+    def __init__(self, listener: Callable[[str], None], *, silently: bool = False) -> None:
+        self._listener = (listener, not silently)
 
     def __enter__(self) -> None:
         _announcer.listeners.append(self._listener)

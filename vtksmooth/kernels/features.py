@@ -170,20 +170,25 @@ def _classify(  # type: ignore[no-untyped-def]
                     kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
                     if count[r] == 2:
                         angle[ring + r] = dihedral_angle(normals, faces[r, 0], faces[r, 1])
-            a00, a01, a02, a11, a12, a22, b0, b1, b2 = metric_tensor(points, near, normals, v, weight)
-            if joined:
-                for side in range(2):
-                    w = picked[v, side]
-                    if w >= 0 and before[w] == 1:
-                        c00, c01, c02, c11, c12, c22, _, _, _ = metric_tensor(
-                            points, near, normals, w, weight
-                        )
-                        a00 += c00
-                        a01 += c01
-                        a02 += c02
-                        a11 += c11
-                        a12 += c12
-                        a22 += c22
+            a00 = 0.0
+            a01 = 0.0
+            a02 = 0.0
+            a11 = 0.0
+            a12 = 0.0
+            a22 = 0.0
+            b0 = 0.0
+            b1 = 0.0
+            b2 = 0.0
+            for side in range(3 if joined else 1):
+                w = v if side == 0 else np.int64(picked[v, side - 1])
+                if side == 0 or (w >= 0 and before[w] == 1):
+                    c00, c01, c02, c11, c12, c22, b0, b1, b2 = metric_tensor(points, near, normals, w, weight)
+                    a00 += c00
+                    a01 += c01
+                    a02 += c02
+                    a11 += c11
+                    a12 += c12
+                    a22 += c22
             l1, l2, l3, x1, y1, z1, _, _, _, x3, y3, z3 = eigen(a00, a01, a02, a11, a12, a22)
             if not joined and near.border[v] != 2:  # where orientations disagree signs mean nothing
                 turn = 1.0 if x1 * b0 + y1 * b1 + z1 * b2 >= 0.0 else -1.0

@@ -83,13 +83,12 @@ def metric_tensor(points, near, normals, v, weight):  # type: ignore[no-untyped-
     b1 = 0.0
     b2 = 0.0
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-        f = near.corner_face[near.corners[row]]
+        f = np.intp(near.corner_face[near.corners[row]])
         if normals.size > 0:
-            g = np.uintp(f)
-            n0 = normals[g, 0]
-            n1 = normals[g, 1]
-            n2 = normals[g, 2]
-            w = normals[g, 3]
+            n0 = normals[f, 0]
+            n1 = normals[f, 1]
+            n2 = normals[f, 2]
+            w = normals[f, 3]
         else:
             n0, n1, n2, w = unit_normal(points, near.offsets, near.connectivity, f)
         if weight == 1 and w > 0.0:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import parallel
-from .compiled import device, kernel
+from .compiled import device, kernel, routine
 from .lanes import select
 from .mesh import LARGEST_POLYGON, Mesh
 
@@ -65,7 +65,7 @@ def polygon_scale(size):  # type: ignore[no-untyped-def]
     return size * side * side * longest * longest / (area * area)
 
 
-@device
+@routine
 def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  # type: ignore[no-untyped-def]
     """Signed square of ``k = 4 sqrt(2) min A_i / (sqrt(sum l_i^2) h_max)``, with vertex v at (x, y, z).
 
@@ -126,11 +126,11 @@ def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  
 def face_square(points, offsets, connectivity, f, reference):  # type: ignore[no-untyped-def]
     """Signed square of k of face f; 0 for faces of fewer than three corners."""
     a = offsets[f]
-    size = offsets[f + 1] - a
+    b = offsets[f + 1]
     rx = reference[f, 0]
     ry = reference[f, 1]
     rz = reference[f, 2]
-    if size == 3:
+    if b - a == 3:
         p = connectivity[a]
         q = connectivity[a + 1]
         r = connectivity[a + 2]
@@ -142,9 +142,9 @@ def face_square(points, offsets, connectivity, f, reference):  # type: ignore[no
             points[r, 0] - x, points[r, 1] - y, points[r, 2] - z,
             rx, ry, rz,
         )  # fmt: skip
-    if size < 3:
+    if b - a < 3:
         return 0.0
-    return polygon_square(points, connectivity, a, a + size, -1, 0.0, 0.0, 0.0, rx, ry, rz)
+    return polygon_square(points, connectivity, a, b, np.int64(-1), 0.0, 0.0, 0.0, rx, ry, rz)
 
 
 @kernel

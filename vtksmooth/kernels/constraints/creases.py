@@ -54,8 +54,9 @@ def _stays(points, near, edge_ends, edge_faces, sign, limit, s, v, x, y, z):  # 
     new = sign[s] * dihedral_angle(ax, ay, az, bx, by, bz, qx - px, qy - py, qz - pz)
     if p == v or q == v:
         return new >= limit
-    cx, cy, cz = _area_vector(points, near, edge_faces[s, 0], -1, x, y, z)
-    dx, dy, dz = _area_vector(points, near, edge_faces[s, 1], -1, x, y, z)
+    nobody = np.int64(-1)
+    cx, cy, cz = _area_vector(points, near, edge_faces[s, 0], nobody, x, y, z)
+    dx, dy, dz = _area_vector(points, near, edge_faces[s, 1], nobody, x, y, z)
     old = sign[s] * dihedral_angle(cx, cy, cz, dx, dy, dz, qx - px, qy - py, qz - pz)
     # A vertex of the face on the other side may move at the same time; each may use half of what is left.
     # Triangles turn about the edge, and angles add; polygons may turn otherwise too.

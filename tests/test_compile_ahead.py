@@ -1,0 +1,96 @@
+"""Compiling ahead: the list is what filters need, and what it names is not compiled again."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from numba import typeof, types
+
+from vtksmooth.filters import FILTERS
+from vtksmooth.kernels import adjacency, compile_ahead, parallel
+from vtksmooth.kernels.compile_ahead import compiling_ahead, spelled, understood
+from vtksmooth.kernels.mesh import Mesh
+
+LIST = json.loads(compile_ahead.PATH.read_text(encoding="utf-8"))
+
+_COMPILED = """
+import pyvista as pv
+from vtksmooth import SurfaceQuality
+from vtksmooth.kernels.compiled import on_compile
+
+with on_compile(print):
+    SurfaceQuality()(pv.Sphere())
+"""
+
+
+def python(*arguments, **environment):
+    return subprocess.run(
+        [sys.executable, *arguments],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, **environment},
+    ).stdout
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_the_list_is_up_to_date(cls):
+    needed = json.loads(python("-m", "vtksmooth.signatures", cls.__name__))
+    listed = [LIST["kernels"][number] for number in LIST["filters"][cls.__name__]]
+    assert listed == needed, "run: python -m vtksmooth.signatures"
+
+
+def test_types_are_read_as_they_are_written():
+    points = np.eye(3)
+    mesh = Mesh.from_faces(points, np.array([[0, 1, 2]]))
+    kinds = (
+        types.float64, types.boolean, typeof(points), typeof(np.zeros(2, bool)),
+        typeof(adjacency.build(mesh)), typeof((1.0, 2.0)), typeof((points, 1)),
+    )  # fmt: skip
+    assert understood("".join(f"{spelled(kind)}," for kind in kinds)) == kinds
+
+
+def test_what_kernels_must_not_take_is_not_written():
+    with pytest.raises(ValueError, match="C-contiguous"):
+        spelled(typeof(np.eye(3)[:, :2]))
+
+
+def test_what_was_compiled_ahead_is_not_compiled_again(tmp_path):
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path), "VTKSMOOTH_THREADS": "1"}
+    python("-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "0", "2", **cache)
+    python("-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "1", "2", **cache)
+    assert python("-c", _COMPILED, **cache) == ""
+
+
+@pytest.fixture
+def two_threads():
+    parallel.set_number_of_threads(2)
+    yield
+    parallel.set_number_of_threads(0)
+
+
+def test_helpers_end_with_the_filter(two_threads):
+    ahead = compiling_ahead("")
+    with ahead:
+        ahead._begin("a kernel")
+        helpers = list(ahead._helpers)
+        assert len(helpers) == 1
+        with compiling_ahead("") as within:  # a filter that uses a filter
+            assert within is None
+        assert ahead._helpers == helpers
+    assert not ahead._helpers
+    assert helpers[0].returncode is not None
+
+
+def test_one_thread_and_other_programs_have_no_helpers(two_threads, monkeypatch):
+    ahead = compiling_ahead("")
+    with ahead:
+        parallel.set_number_of_threads(1)
+        ahead._begin("a kernel")
+        parallel.set_number_of_threads(2)
+        monkeypatch.setattr(sys, "executable", "/usr/bin/pvpython")
+        ahead._begin("a kernel")
+        assert not ahead._helpers

@@ -1,0 +1,128 @@
+"""Compiling ahead: while a filter waits for its first kernel, other processes compile those it needs last.
+
+One process compiles on one processor only. Which kernels each filter needs, in which order and with arguments
+of which types, stands in ``signatures.json`` beside this file; ``python -m vtksmooth.signatures`` makes it.
+Machine code changes hands by numba's cache on disk. What is not in the list is compiled when it is called, as
+ever.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import logging
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from numba import types
+
+from . import parallel
+from .compiled import is_cached, on_compile
+
+_log = logging.getLogger("vtksmooth")
+
+#: Where the list of kernels belongs.
+PATH = Path(__file__).with_name("signatures.json")
+
+#: More processes than this spend their time on what they all need.
+_MOST_HELPERS = 3
+
+
+def spelled(kind: types.Type) -> str:
+    """Return how a type of numba's is written in the list."""
+    if isinstance(kind, types.Array):
+        if kind.layout != "C" or not kind.mutable or not kind.aligned:
+            raise ValueError(f"Kernels take writable C-contiguous arrays, not {kind}.")
+        return f"{spelled(kind.dtype)}[{':,' * (kind.ndim - 1)}::1]"
+    if isinstance(kind, types.BaseTuple):
+        members = "".join(f"{spelled(member)}," for member in kind)
+        made = getattr(kind, "instance_class", None)
+        name = f"{made.__module__}:{made.__qualname__}" if made else ""
+        return f"group(({members}),{name!r})" if name else f"group(({members}))"
+    return "boolean" if kind == types.boolean else str(kind)
+
+
+def _group(members: Sequence[types.Type], name: str = "") -> types.Type:
+    made: Any = tuple
+    if name:
+        module, _, qualified = name.partition(":")
+        made = getattr(importlib.import_module(module), qualified)
+    return types.BaseTuple.from_types(members, made)
+
+
+def understood(text: str) -> tuple[types.Type, ...]:
+    """Return the types of arguments that are written in the list.
+
+    Examples
+    --------
+    >>> understood("float64[:,::1],int64,")
+    (Array(float64, 2, 'C', False, aligned=True), int64)
+    """
+    names = {**vars(types), "group": _group, "__builtins__": {}}
+    return tuple(eval(f"({text})", names))
+
+
+def compile_for(name: str, part: int = 0, parts: int = 1) -> None:
+    """Compile what the filter `name` needs (all there is for ''), last first, every `parts`-th kernel."""
+    listed = json.loads(PATH.read_text(encoding="utf-8"))
+    chosen = listed["filters"].get(name, []) if name else range(len(listed["kernels"]))
+    for number in chosen[::-1][part::parts]:
+        module, kernel, arguments = listed["kernels"][number]
+        getattr(importlib.import_module(module), kernel).compile(understood(arguments))
+
+
+class compiling_ahead:  # noqa: N801 (used like a function)
+    """While this context is open, the first kernel that has to be compiled starts helpers; they end with it.
+
+    Parameters
+    ----------
+    name : str
+        The filter's name, or '' for all kernels there are.
+    """
+
+    _helpers: list[subprocess.Popen[bytes]] = []  # noqa: RUF012 (one set for the process, whoever began)
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._began = False
+        self._listening = on_compile(self._begin, silently=True)
+
+    def _begin(self, kernel: str) -> None:
+        count = min(parallel.number_of_threads() - 1, _MOST_HELPERS)
+        # In ParaView and the like the executable is no Python; without a cache nothing can be handed over.
+        if self._helpers or count < 1 or not Path(sys.executable).name.lower().startswith("python"):
+            return
+        if not is_cached(Path(__file__)):
+            return
+        self._began = True
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        for part in range(count):
+            command = [sys.executable, "-P", "-m", __name__, self._name, str(part), str(count)]
+            try:
+                helper = subprocess.Popen(
+                    command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+                )
+            except OSError as error:
+                _log.info("No other process could be started to compile kernels: %s", error)
+                return
+            self._helpers.append(helper)
+
+    def __enter__(self) -> None:
+        self._listening.__enter__()
+
+    def __exit__(self, *exc: object) -> None:
+        self._listening.__exit__(*exc)
+        while self._began and self._helpers:
+            helper = self._helpers.pop()
+            helper.terminate()  # caches are written to files of other names first, and then renamed
+            helper.wait()
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # whoever began tells the user
+    compile_for(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
