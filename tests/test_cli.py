@@ -158,7 +158,7 @@ def test_kernels_being_compiled_are_announced(sphere, capsys, monkeypatch):
     real = vtksmooth.SurfaceQuality.execute
 
     def execute(self, *inputs):
-        for listener in list(compiled._announcer.listeners):
+        for listener, _ in list(compiled._announcer.listeners):
             listener("_some_kernel")
             listener("_another")
         return real(self, *inputs)

@@ -8,22 +8,16 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from typing import Any
-from unittest import mock
 
-from numba.core.dispatcher import Dispatcher
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from .filters import FILTERS
-from .kernels.compile_ahead import PATH, spelled
+from .kernels.compile_ahead import PATH, noted
 from .warm_up import bump, space_over
 
 #: The side of the mesh, in points.
 _SIZE = 6
-
-#: The start of the names of our modules.
-_OURS = f"{__package__}."
 
 
 def needed(name: str) -> list[list[str]]:
@@ -33,23 +27,7 @@ def needed(name: str) -> list[list[str]]:
     use; and only those that this process has not used before.
     """
     cls = next(cls for cls in FILTERS if cls.__name__ == name)
-    found: list[list[str]] = []
-    depth = 0
-    compile_: Callable[..., Any] = Dispatcher.compile
-
-    def compile_and_note(self: Any, arguments: Any) -> Any:
-        nonlocal depth
-        function = self.py_func
-        if depth == 0 and function.__module__.startswith(_OURS):
-            text = "".join(f"{spelled(argument)}," for argument in arguments)
-            found.append([function.__module__, function.__name__, text])
-        depth += 1
-        try:
-            return compile_(self, arguments)
-        finally:
-            depth -= 1
-
-    with mock.patch.object(Dispatcher, "compile", compile_and_note):
+    with noted() as found:
         ball = vtkSphereSource(center=(2.0, 2.0, 0.0))
         ball.Update()
         for mesh in ball.GetOutput(), bump(_SIZE, "triangles"), bump(_SIZE, "mixed"):
@@ -63,7 +41,7 @@ def listed() -> dict[str, Any]:
     kernels: list[list[str]] = []
     filters: dict[str, list[int]] = {}
     for cls in FILTERS:
-        command = [sys.executable, "-m", f"{_OURS}signatures", cls.__name__]
+        command = [sys.executable, "-m", f"{__package__}.signatures", cls.__name__]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         used = json.loads(done.stdout)
         kernels += [kernel for kernel in used if kernel not in kernels]

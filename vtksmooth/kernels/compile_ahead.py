@@ -8,6 +8,7 @@ ever.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import logging
@@ -15,11 +16,12 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from numba import types
+from numba.core.dispatcher import Dispatcher
 
 from . import parallel
 from .compiled import is_cached, on_compile
@@ -65,6 +67,35 @@ def understood(text: str) -> tuple[types.Type, ...]:
     """
     names = {**vars(types), "group": _group, "__builtins__": {}}
     return tuple(eval(f"({text})", names))
+
+
+@contextlib.contextmanager
+def noted() -> Iterator[list[list[str]]]:
+    """While this context is open, note the kernels that are used for the first time in this process.
+
+    As they are listed: module, name, types of arguments. Kernels that are part of others are not noted.
+    """
+    found: list[list[str]] = []
+    depth = 0
+    original: Any = Dispatcher.compile
+
+    def compile_and_note(self: Any, arguments: Sequence[types.Type]) -> Any:
+        nonlocal depth
+        function = self.py_func
+        if depth == 0 and function.__module__.startswith(f"{__package__}."):
+            text = "".join(f"{spelled(argument)}," for argument in arguments)
+            found.append([function.__module__, function.__name__, text])
+        depth += 1
+        try:
+            return original(self, arguments)
+        finally:
+            depth -= 1
+
+    Dispatcher.compile = compile_and_note  # type: ignore[assignment, method-assign]
+    try:
+        yield found
+    finally:
+        Dispatcher.compile = original  # type: ignore[method-assign]
 
 
 def compile_for(name: str, part: int = 0, parts: int = 1) -> None:
