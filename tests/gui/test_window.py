@@ -350,6 +350,8 @@ def test_feature_classes_come_with_their_lines(user, tmp_path):
     colours = vtk_to_numpy(mapper.GetLookupTable().MapScalars(values, mapper.GetColorMode(), -1))
     assert {tuple(colour) for colour in colours[:, :3].tolist()} == {CLASSES[0], CLASSES[1], CLASSES[2]}
     assert user.display.fields[0].of_faces[user.display.fields[0].worst[0]] == 2
+    assert user.window.worst.item(0, 1).text() == "corner"
+    assert len(user.window.histogram.edges()) == 5
     mesh, lines = FeatureDetection()(read_surface(tmp_path / "cube.ply")[0])
     expected = vtk_to_numpy(mesh.GetPointData().GetArray("FeatureClass"))
     assert np.array_equal(user.display.fields[0].values, expected)
@@ -684,6 +686,25 @@ def test_other_layers_do_not_hide_the_one_that_is_worked_on(user, ant, big):
     user.wait()
     assert user.window.view._context[ant].actor.GetProperty().GetOpacity() < 1
     assert big not in user.window.view._context
+
+
+@pytest.mark.parametrize("mode", ["single", "split"])
+def test_no_layer_is_cut_off_however_far_apart_they_are(user, ant, tmp_path, mode):
+    far = pv.read(ant).scale(0.1)
+    far.translate((0.0, 500.0, 0.0)).save(tmp_path / "far.vtp")
+    user.drop(ant, tmp_path / "far.vtp")
+    view = user.window.view
+    view.set_mode(mode)
+    for bounds in (None, user.document.layers[0].state.bounds):
+        view.frame(bounds)
+        frames = view.frames
+        user.qtbot.waitUntil(lambda frames=frames: view.frames > frames)
+        near, end = view.camera.GetClippingRange()
+        ahead = np.array(view.camera.GetDirectionOfProjection())
+        for layer in user.document.layers:
+            depths = (points(layer.state.mesh) - view.camera.GetPosition()) @ ahead
+            assert near < depths.min()
+            assert depths.max() < end
 
 
 def test_layers_have_roles_and_can_be_hidden(user, ant, tmp_path):
