@@ -16,9 +16,7 @@ class NumbersTable(QWidget):
     def __init__(self, copy: QAction) -> None:
         super().__init__()
         self.table = FigureTable(["", "before", "after"])
-        self.table.horizontalHeaderItem(1).setToolTip(
-            "The mesh as it was opened, or the reference; with faces of its own"
-        )
+        self.table.setToolTip("Before: the mesh as it was opened, or the reference, with faces of its own")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addWidget(self.table)
