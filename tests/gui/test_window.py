@@ -618,6 +618,9 @@ def test_the_probe_names_what_is_under_the_pointer(user, tmp_path):
 
 def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
     from PySide6.QtCore import Qt
+    from PySide6.QtGui import QKeySequence
+
+    from vtksmooth_gui.commands import COMMANDS
 
     user.drop(ant)
     edges = user.window.view._surfaces["after"].actor.GetProperty()
@@ -629,6 +632,14 @@ def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
     assert sheet.isVisible()
     user.qtbot.keyClick(sheet, Qt.Key.Key_H)
     assert not sheet.isVisible()
+    asked = []
+    for command in (command for command in COMMANDS if command.key):
+        action = user.window.action(command.id)
+        action.triggered.disconnect()
+        action.triggered.connect(lambda *_, id=command.id: asked.append(id))
+        action.setEnabled(True)
+        user.qtbot.keySequence(user.window, QKeySequence(command.key))
+        assert asked.pop() == command.id, command.key
     # In VTK's own style 'w' is wireframe and 'q' ends the window.
     for key in (Qt.Key.Key_Q, Qt.Key.Key_R, Qt.Key.Key_3):
         user.qtbot.keyClick(user.window.view.plotter.interactor, key)
