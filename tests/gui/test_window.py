@@ -835,9 +835,9 @@ def test_a_skin_in_its_installation_space(user):
     assert same_points(user.mesh, expected)
     user.do("overlay_signed_distance")
     assert user.display.fields[0] is not None, user.said
-    rows = {row.name: row.after for row in user.window.numbers.rows}
-    assert rows["vertices outside the space"] == "0"
-    assert rows["triangles crossing it"] == "0"
+    rows = {row.name: (row.before, row.after) for row in user.window.numbers.rows}
+    assert rows["vertices outside the space"] == ("0", "0")
+    assert rows["triangles crossing it"] == ("0", "0")
 
 
 def test_jobs_let_go_of_what_they_worked_on(user, ant):
