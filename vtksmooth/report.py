@@ -109,7 +109,7 @@ class InstallationSpaceReport(RunReport):
             super().__str__(),
             f"{self.free} points free, {self.blended} blended, {self.fixed} on the space; {volume}",
             f"outside {self.outside[0]} -> {self.outside[1]} points, crossing {self.crossing[0]} -> "
-            f"{self.crossing[1]} triangles; {self.distances_asked} distances for {self.moves_checked} moves",
+            f"{self.crossing[1]} triangles",
             *self.notes,
         ]
         return "\n".join(lines)

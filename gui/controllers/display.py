@@ -237,7 +237,7 @@ class Display(QObject):
             self.bad_faces()
             window.view.mark("lines", None)
         else:
-            window.worst.show_field(after, one.title)
+            window.worst.show_field(after if one.kind != "amount" else None, one.title, one.classes)
             window.view.mark("lines", after.lines)
             self._colour()
             if self._brush_when_shown is not None:
@@ -275,14 +275,17 @@ class Display(QObject):
         if one is None or after is None:
             return
         thresholds = self.thresholds()
-        colours = scale.make(one, after, thresholds, self._colours, window.action("bands").isChecked())
+        bands = one.judged and window.action("bands").isChecked()
+        colours = scale.make(one, after, thresholds, self._colours, bands)
         window.view.colour("after", after, colours)
         window.view.colour("before", before, colours)
         heading = labelled(one.title, one.unit_of(self._document.unit))
-        window.colour_bar.show_scale(colours, heading, thresholds)
+        window.colour_bar.show_scale(colours, heading, thresholds if one.judged else None)
         span = (colours.low, colours.high)
-        lines = () if colours.classes else thresholds
-        window.histogram.show_fields(self.fields[1], after, heading, span, lines, one is OVERLAYS[0])
+        lines = thresholds if one.judged else ()
+        window.histogram.show_fields(
+            self.fields[1], after, heading, span, lines, one is OVERLAYS[0], one.classes
+        )
         if not dragging:
             self.bad_faces()
 
@@ -416,7 +419,7 @@ class Display(QObject):
         subject, one = self.subject, self.overlay
         on = self._window.action("bad_faces").isChecked()
         self._jobs.cancel("bad faces")
-        if not on or subject is None or one is None or one.kind == "classes" or self.fields[0] is None:
+        if not on or subject is None or one is None or not one.judged or self.fields[0] is None:
             self._outline((None, None))
             return
         bad, states = self.thresholds()[2], (subject.state, subject.before)

@@ -435,7 +435,9 @@ class Regions(QObject):
         if values is None or one is None or self._display.subject is None:
             self._panel.show_threshold("", None)
             return
-        if span is None:
+        if span is None and not one.judged:
+            span = values.span
+        elif span is None:
             bad = self._display.thresholds()[2]
             low, high = values.span
             span = (min(low, bad), bad) if one.low_is_bad else (bad, max(high, bad))

@@ -56,11 +56,15 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
     ]
     volumes = [number(s.get("volume")) for s in (before, after)]
     found.insert(5, Row(labelled("volume", powered(unit, 3)), *volumes))
-    containment = subject.state.summaries.get(("containment", subject.space))
-    if containment:
+    states = (subject.before if changed else None, subject.state)
+    containment = [s.summaries.get(("containment", subject.space), {}) if s else {} for s in states]
+    if containment[1]:
         found += [
-            Row("vertices outside the space", "", number(containment["vertices_outside"])),
-            Row("triangles crossing it", "", number(containment["triangles_crossing"])),
+            Row(name, *(number(summary.get(key)) for summary in containment))
+            for name, key in (
+                ("vertices outside the space", "vertices_outside"),
+                ("triangles crossing it", "triangles_crossing"),
+            )
         ]
     for bin, name in enumerate(_BIN_NAMES):
         share = [f"{s['aspect_ratio']['histogram'][bin]:.2f} %" if s else "" for s in (before, after)]

@@ -75,7 +75,7 @@ class Overlay:
     span : tuple of float or None
         Ends of the colours; None: by the thresholds and values.
     kind : str
-        "sequential", "diverging" or "classes".
+        "sequential", "diverging", "amount" (no value is good or bad) or "classes".
     classes : tuple of str
         Names of the values 0, 1, 2 ...
     power : int
@@ -95,6 +95,11 @@ class Overlay:
     kind: str = "sequential"
     classes: tuple[str, ...] = ()
     power: int = 0
+
+    @property
+    def judged(self) -> bool:
+        """Whether values are good or bad: there are thresholds, bands and outlines."""
+        return self.kind not in ("amount", "classes")
 
     @property
     def low_is_bad(self) -> bool:
@@ -154,7 +159,7 @@ OVERLAYS: tuple[Overlay, ...] = (
     Overlay(
         "blend-weight", "Blend weights", "BlendWeight", "regions",
         "How much of a step a point takes: 0 fixed, 1 free.",
-        thresholds=(0.0, 0.5, 1.0), span=(0.0, 1.0),
+        span=(0.0, 1.0), kind="amount",
     ),
     Overlay(
         "signed-distance", "Distance to the space", "SignedDistance", "containment",

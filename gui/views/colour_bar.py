@@ -37,7 +37,7 @@ class ColourBar(QWidget):
     ) -> None:
         """Show a scale; None shows nothing."""
         self._scale, self.title = scale, title
-        self.thresholds = None if scale is None or scale.classes else thresholds
+        self.thresholds = thresholds
         self.setVisible(scale is not None)
         self.update()
 

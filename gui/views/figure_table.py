@@ -18,6 +18,7 @@ class FigureTable(QTableWidget):
         self.verticalHeader().setDefaultSectionSize(21)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        self.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
 
     def show_texts(self, rows: Sequence[Sequence[str]]) -> None:
         """Show these rows; what has not changed is left alone, which is quicker."""

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from ..model.field import Field
 from ..model.numbers import BINS
@@ -16,6 +16,7 @@ from .scale import AFTER, BEFORE, THRESHOLDS
 from .theme import Theme
 
 _BINS = 60
+_BRUSH = (214, 39, 140)
 
 
 class _BrushBox(pyqtgraph.ViewBox):  # type: ignore[misc]
@@ -52,19 +53,34 @@ class Histogram(QWidget):
         self.plot.getPlotItem().setContentsMargins(0, 6, 14, 0)
         self.plot.getAxis("bottom").enableAutoSIPrefix(False)
         self.plot.getAxis("left").enableAutoSIPrefix(False)
-        self.plot.addLegend(offset=(60, 4), verSpacing=-4)
+        #: Outside of the plot, where it hides nothing and nothing is to be dragged.
+        self.legend = QLabel(
+            "&nbsp; ".join(
+                f'<span style="color: {QColor(*colour).name()}">▬</span> {name}'
+                for name, colour in (("after", AFTER), ("before", BEFORE))
+            ),
+            alignment=Qt.AlignmentFlag.AlignRight,
+        )
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.plot)
+        layout.setSpacing(0)
+        layout.addWidget(self.legend)
+        layout.addWidget(self.plot, 1)
         self.setMinimumHeight(110)
         self.papers_bins = False
         #: Whether what is shown is k, which the papers' bins are for.
         self._is_k = False
+        self._classes: tuple[str, ...] = ()
         self._after: Any = None
         self._fields: tuple[Field | None, Field | None] = (None, None)
         self._span = (0.0, 1.0)
         self._thresholds: tuple[float, ...] = ()
-        self.brush = pyqtgraph.LinearRegionItem(brush=QColor(214, 39, 140, 55))
+        self.brush = pyqtgraph.LinearRegionItem(
+            brush=QColor(*_BRUSH, 55),
+            hoverBrush=QColor(*_BRUSH, 80),
+            pen=QColor(*_BRUSH),
+            hoverPen=QColor(*_BRUSH),
+        )
         self.brush.sigRegionChanged.connect(self._brushed)
         box.spanned.connect(self.set_brush)
         self.locked = False
@@ -80,10 +96,15 @@ class Histogram(QWidget):
         span: tuple[float, float],
         thresholds: tuple[float, ...],
         is_k: bool = False,
+        classes: tuple[str, ...] = (),
     ) -> None:
-        """Show the values of a mesh, and of the one before it, between the ends of `span`."""
+        """Show the values of a mesh, and of the one before it, between the ends of `span`.
+
+        With `classes`, the names of the values 0, 1, 2 ..., each has a bin.
+        """
         same = (before, after, span) == (*self._fields, self._span)
-        self._is_k, self._title = is_k, title
+        self._is_k, self._title, self._classes = is_k, title, classes
+        self.legend.setVisible(before is not None)
         self.brush.setVisible(not self.locked or title == self._brushed_title)
         self._fields, self._span, self._thresholds = (before, after), span, thresholds
         what = "points" if after is not None and after.on_points else "faces"
@@ -103,6 +124,8 @@ class Histogram(QWidget):
         """Return the bins' edges."""
         if self.coarse:
             return np.array(BINS)
+        if self._classes:
+            return np.arange(len(self._classes) + 1) - 0.5
         low, high = self._span
         for field in self._fields:
             if field is not None and self._span == (0.0, 1.0) and field.span[0] < 0:
@@ -115,19 +138,17 @@ class Histogram(QWidget):
             self.plot.removeItem(item)
         edges = self.edges()
         widths = np.arange(len(edges)) if self.coarse else edges
-        for field, name, colour, filled in (
-            (self._fields[1], "after", AFTER, True),
-            (self._fields[0], "before", BEFORE, False),
-        ):
+        for field, colour, filled in ((self._fields[1], AFTER, True), (self._fields[0], BEFORE, False)):
             if field is None:
                 continue
             shares = field.histogram(edges)
             brush = QColor(*colour, 170) if filled else None
             self.plot.plot(
                 widths, shares, stepMode="center", fillLevel=0 if filled else None, brush=brush,
-                pen=pyqtgraph.mkPen(QColor(*colour), width=2), name=name,
+                pen=pyqtgraph.mkPen(QColor(*colour), width=2),
             )  # fmt: skip
-        ticks = [[(i, f"{edge:g}") for i, edge in enumerate(edges)]] if self.coarse else None
+        names = [f"{edge:g}" for edge in edges] if self.coarse else self._classes
+        ticks = [list(enumerate(names))] if names else None
         self.plot.getAxis("bottom").setTicks(ticks)
         self.plot.setXRange(widths[0], widths[-1], padding=0.01)
         self.plot.enableAutoRange(axis="y")
@@ -141,7 +162,7 @@ class Histogram(QWidget):
             return
         for value, colour in zip(self._thresholds, THRESHOLDS, strict=False):
             if self._span[0] <= value <= self._span[1]:
-                pen = pyqtgraph.mkPen(QColor(*colour), width=1.5, style=pyqtgraph.QtCore.Qt.PenStyle.DashLine)
+                pen = pyqtgraph.mkPen(QColor(*colour), width=1.5, style=Qt.PenStyle.DashLine)
                 mark = pyqtgraph.InfiniteLine(value, pen=pen)
                 self._marks.append(mark)
                 self.plot.addItem(mark)
@@ -188,5 +209,4 @@ class Histogram(QWidget):
             axis = self.plot.getAxis(name)
             axis.setPen(theme.muted)
             axis.setTextPen(theme.text_colour)
-        self.plot.getPlotItem().legend.setLabelTextColor(theme.text_colour)
         self.draw()

@@ -12,6 +12,7 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDropEvent,
     QGuiApplication,
+    QIcon,
     QKeySequence,
 )
 from PySide6.QtWidgets import (
@@ -253,6 +254,10 @@ class MainWindow(QMainWindow):
         """Show light or dark."""
         self.view.set_theme(theme)
         self.histogram.set_theme(theme)
+        # Behind it is what a tool bar has no room for; its picture is black in the dark, too.
+        for button in self.findChildren(QToolButton, "qt_toolbar_ext_button"):
+            button.setIcon(QIcon())
+            button.setText("»")
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:  # noqa: N802
         """Take files."""

@@ -447,7 +447,6 @@ class MeshView(QWidget):
         camera.SetViewUp(*up)
         reach = np.repeat(centre, 2) + np.tile([-size, size], 3) / 2
         self._renderers[0].ResetCamera(*reach)
-        self._renderers[0].ResetCameraClippingRange()
         self.render_soon()
 
     def set_parallel(self, on: bool) -> None:
@@ -466,9 +465,12 @@ class MeshView(QWidget):
         self.plotter.interactor.repaint()
 
     def _issue(self, *_: Any) -> None:
-        """Before each frame."""
-        for renderer in self._renderers:
-            renderer.ResetCameraClippingRange()
+        """Before each frame: nothing of what either view shows is cut off; they have one camera."""
+        boxes = np.array([renderer.ComputeVisiblePropBounds() for renderer in self._renderers])
+        boxes = boxes[boxes[:, 0] <= boxes[:, 1]]
+        if len(boxes):
+            ends = np.where(np.arange(6) % 2, boxes.max(axis=0), boxes.min(axis=0))
+            self._renderers[0].ResetCameraClippingRange(*ends)
         self.issued = time.perf_counter()
         self.frames += 1
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ..model.numbers import Row
 from .action_button import action_button
@@ -16,7 +16,7 @@ class NumbersTable(QWidget):
     def __init__(self, copy: QAction) -> None:
         super().__init__()
         self.table = FigureTable(["", "before", "after"])
-        self.table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.table.setToolTip("Before: the mesh as it was opened, or the reference, with faces of its own")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(4, 4, 4, 4)
         layout.addWidget(self.table)

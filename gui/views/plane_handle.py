@@ -11,6 +11,8 @@ from ..model.section import Plane
 from .mesh_view import MeshView
 from .theme import Theme
 
+_PLANE = (0.9, 0.62, 0.0)
+
 
 class PlaneHandle(QObject):
     """A plane to be dragged.
@@ -31,10 +33,12 @@ class PlaneHandle(QObject):
         self.shape.SetOutlineTranslation(False)
         self.shape.SetScaleEnabled(False)
         self.shape.SetTubing(False)
-        self.shape.GetPlaneProperty().SetColor(0.9, 0.62, 0.0)
-        self.shape.GetPlaneProperty().SetOpacity(0.25)
-        self.shape.GetSelectedPlaneProperty().SetColor(0.9, 0.62, 0.0)
-        self.shape.GetSelectedPlaneProperty().SetOpacity(0.45)
+        self.shape.SetEdgeColor(*_PLANE)
+        planes = (self.shape.GetPlaneProperty(), 0.25), (self.shape.GetSelectedPlaneProperty(), 0.45)
+        for look, opacity in planes:
+            look.SetColor(*_PLANE)
+            look.SetOpacity(opacity)
+            look.LightingOff()
         self.widget = vtkImplicitPlaneWidget2()
         self.widget.SetInteractor(view.plotter.render_window.GetInteractor())
         self.widget.SetDefaultRenderer(view.first_renderer)
@@ -61,6 +65,10 @@ class PlaneHandle(QObject):
 
     def set_theme(self, theme: Theme) -> None:
         """Show light or dark."""
+        # The outline has its own property only after the handle was touched; this is the one before, and
+        # the plane's.
+        self.shape.SetForegroundColor(*theme.text)
+        self.shape.GetPlaneProperty().SetColor(*_PLANE)
         for look in (self.shape.GetOutlineProperty(), self.shape.GetNormalProperty()):
             look.SetColor(*theme.text)
 

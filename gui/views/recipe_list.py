@@ -71,10 +71,10 @@ class RecipeList(QWidget):
         self.up = self._button("▲", "Do the step earlier", lambda: self._shift(-1))
         self.down = self._button("▼", "Do the step later", lambda: self._shift(1))
         self.remove = self._button("✕", "Take the step out (Del)", lambda: self.removed.emit(self.row))
-        QShortcut(
-            QKeySequence.StandardKey.Delete, self.list, self.remove.click,
-            context=Qt.ShortcutContext.WidgetShortcut,
-        )  # fmt: skip
+        # Not the standard key, which on Linux is Ctrl+D as well: that is a command's.
+        delete = QShortcut(QKeySequence(Qt.Key.Key_Delete), self.list)
+        delete.setContext(Qt.ShortcutContext.WidgetShortcut)
+        delete.activated.connect(self.remove.click)
         tools = QHBoxLayout()
         for widget in (self.up, self.down, self.remove):
             tools.addWidget(widget)

@@ -151,6 +151,7 @@ class RegionPanel(QScrollArea):
         self.what.setText(title or "No overlay with values is shown")
         for box in (self.low, self.high):
             box.setEnabled(span is not None)
+            box.clear()
         if span is not None:
             self.low.setValue(_short(span[0], math.floor))
             self.high.setValue(_short(span[1], math.ceil))

@@ -24,8 +24,8 @@ class WorstList(FigureTable):
         self.itemSelectionChanged.connect(self._chosen)
         self._field: Field | None = None
 
-    def show_field(self, field: Field | None, title: str) -> None:
-        """List the worst faces of a field."""
+    def show_field(self, field: Field | None, title: str, classes: tuple[str, ...] = ()) -> None:
+        """List the worst faces of a field; `classes` are the names of the values 0, 1, 2 ..."""
         if field is self._field:
             return
         self._field = field
@@ -34,7 +34,8 @@ class WorstList(FigureTable):
         self.setCurrentItem(None)  # type: ignore[call-overload]
         faces = np.empty(0, int) if field is None else field.worst
         values = () if field is None else field.of_faces[faces]
-        self.show_texts([(f"{face}", f"{value:.4g}") for face, value in zip(faces, values, strict=True)])
+        texts = [classes[int(value)] if classes else f"{value:.4g}" for value in values]
+        self.show_texts([(f"{face}", text) for face, text in zip(faces, texts, strict=True)])
         self.setToolTip(f"The worst faces by: {title}")
         self.blockSignals(False)
 

@@ -1,7 +1,9 @@
 """Windows for tests: real ones, on a display; without Qt or a display the tests on them are skipped."""
 
+import gc
 import os
 import sys
+import weakref
 from pathlib import Path
 
 import pytest
@@ -112,14 +114,18 @@ def display():
 
 @pytest.fixture
 def open_window(request, display, settings_file):
-    """A function that opens the application; all windows are closed at the end."""
+    """A function that opens the application; at the end nothing is left of its windows."""
     qtbot = request.getfixturevalue("qtbot")
+    from PySide6.QtCore import QCoreApplication, QEvent
+
     from vtksmooth_gui import start
     from vtksmooth_gui.controllers.application import Application
     from vtksmooth_gui.settings import Settings
     from vtksmooth_gui.views.questions import Answer
 
     start.set_up()
+    if not gc.get_freeze_count():
+        gc.freeze()  # what has been imported is no garbage: collecting takes milliseconds
     opened = []
 
     def open_application(*paths):
@@ -136,9 +142,20 @@ def open_window(request, display, settings_file):
         return user
 
     yield open_application
+    left = [weakref.ref(part) for user in opened for part in (user.application, user.window, user.document)]
     for user in opened:
         user.window.close()
         user.jobs.close()
+        user.window.deleteLater()
+        vars(user).clear()  # pytest keeps it
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete.value)
+
+    def gone():
+        gc.collect()
+        return not any(part() is not None for part in left)
+
+    if not request.session.testsfailed:  # reports of failures keep what they show
+        qtbot.waitUntil(gone)
 
 
 @pytest.fixture

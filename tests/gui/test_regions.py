@@ -298,8 +298,14 @@ def test_a_soft_edge_is_shown_saved_and_used(user, hand, sphere, tmp_path, open_
         read_surface(sphere)[0]
     )
     assert np.array_equal(weights, vtk_to_numpy(marked.GetPointData().GetArray("BlendWeight")))
+    user.do("bad_faces")
     user.do("overlay_blend_weight")
     assert np.array_equal(user.display.fields[0].values, weights)
+    assert user.window.colour_bar.thresholds is None  # no weight is good or bad
+    assert not user.window.view._marks["bad"].actor.GetVisibility()
+    assert (user.window.regions.low.value(), user.window.regions.high.value()) == (0.0, 1.0)
+    user.do("overlay_none")
+    assert (user.window.regions.low.text(), user.window.regions.high.text()) == ("", "")
     user.do("overlay_fixed")
     assert np.array_equal(user.display.fields[0].values != 0, fixed(user))
     user.application.files.write(user.document.active, tmp_path / "marked.vtp")

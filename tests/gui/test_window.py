@@ -350,6 +350,8 @@ def test_feature_classes_come_with_their_lines(user, tmp_path):
     colours = vtk_to_numpy(mapper.GetLookupTable().MapScalars(values, mapper.GetColorMode(), -1))
     assert {tuple(colour) for colour in colours[:, :3].tolist()} == {CLASSES[0], CLASSES[1], CLASSES[2]}
     assert user.display.fields[0].of_faces[user.display.fields[0].worst[0]] == 2
+    assert user.window.worst.item(0, 1).text() == "corner"
+    assert len(user.window.histogram.edges()) == 5
     mesh, lines = FeatureDetection()(read_surface(tmp_path / "cube.ply")[0])
     expected = vtk_to_numpy(mesh.GetPointData().GetArray("FeatureClass"))
     assert np.array_equal(user.display.fields[0].values, expected)
@@ -616,6 +618,9 @@ def test_the_probe_names_what_is_under_the_pointer(user, tmp_path):
 
 def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
     from PySide6.QtCore import Qt
+    from PySide6.QtGui import QKeySequence
+
+    from vtksmooth_gui.commands import COMMANDS
 
     user.drop(ant)
     edges = user.window.view._surfaces["after"].actor.GetProperty()
@@ -627,6 +632,14 @@ def test_keys_do_what_the_table_says_and_vtk_gets_none(user, ant):
     assert sheet.isVisible()
     user.qtbot.keyClick(sheet, Qt.Key.Key_H)
     assert not sheet.isVisible()
+    asked = []
+    for command in (command for command in COMMANDS if command.key):
+        action = user.window.action(command.id)
+        action.triggered.disconnect()
+        action.triggered.connect(lambda *_, id=command.id: asked.append(id))
+        action.setEnabled(True)
+        user.qtbot.keySequence(user.window, QKeySequence(command.key))
+        assert asked.pop() == command.id, command.key
     # In VTK's own style 'w' is wireframe and 'q' ends the window.
     for key in (Qt.Key.Key_Q, Qt.Key.Key_R, Qt.Key.Key_3):
         user.qtbot.keyClick(user.window.view.plotter.interactor, key)
@@ -684,6 +697,25 @@ def test_other_layers_do_not_hide_the_one_that_is_worked_on(user, ant, big):
     user.wait()
     assert user.window.view._context[ant].actor.GetProperty().GetOpacity() < 1
     assert big not in user.window.view._context
+
+
+@pytest.mark.parametrize("mode", ["single", "split"])
+def test_no_layer_is_cut_off_however_far_apart_they_are(user, ant, tmp_path, mode):
+    far = pv.read(ant).scale(0.1)
+    far.translate((0.0, 500.0, 0.0)).save(tmp_path / "far.vtp")
+    user.drop(ant, tmp_path / "far.vtp")
+    view = user.window.view
+    view.set_mode(mode)
+    for bounds in (None, user.document.layers[0].state.bounds):
+        view.frame(bounds)
+        frames = view.frames
+        user.qtbot.waitUntil(lambda frames=frames: view.frames > frames)
+        near, end = view.camera.GetClippingRange()
+        ahead = np.array(view.camera.GetDirectionOfProjection())
+        for layer in user.document.layers:
+            depths = (points(layer.state.mesh) - view.camera.GetPosition()) @ ahead
+            assert near < depths.min()
+            assert depths.max() < end
 
 
 def test_layers_have_roles_and_can_be_hidden(user, ant, tmp_path):
@@ -803,9 +835,9 @@ def test_a_skin_in_its_installation_space(user):
     assert same_points(user.mesh, expected)
     user.do("overlay_signed_distance")
     assert user.display.fields[0] is not None, user.said
-    rows = {row.name: row.after for row in user.window.numbers.rows}
-    assert rows["vertices outside the space"] == "0"
-    assert rows["triangles crossing it"] == "0"
+    rows = {row.name: (row.before, row.after) for row in user.window.numbers.rows}
+    assert rows["vertices outside the space"] == ("0", "0")
+    assert rows["triangles crossing it"] == ("0", "0")
 
 
 def test_jobs_let_go_of_what_they_worked_on(user, ant):

@@ -139,6 +139,10 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
             crossing=(state_before[1], after[1]),
             notes=given.notes,
         )
+        if triangles.GetNumberOfPolys() != source.GetNumberOfPolys() + source.GetNumberOfStrips():
+            report.notes.append(
+                "Faces were cut into triangles first: k, before as well, is that of triangles."
+            )
         if self._vectors is not None and not self._vectors.any():
             report.notes.append("The flow is zero everywhere: smoothing is the same in all directions.")
         for constraint in self._constraints:
