@@ -36,6 +36,7 @@ from ..commands import COMMANDS, MENUS, overlay_id
 from ..model.measure import Kind
 from ..model.overlays import OVERLAYS
 from ..settings import Settings
+from .action_button import connect_once
 from .colour_bar import ColourBar
 from .filter_panel import FilterPanel
 from .histogram import Histogram
@@ -97,7 +98,10 @@ class MainWindow(QMainWindow):
         self._arrange()
         self._make_tool_bar()
         for button in self.findChildren(QToolButton):
-            if button.isCheckable() and button.defaultAction():
+            if not button.defaultAction():
+                continue
+            connect_once(button)
+            if button.isCheckable():
                 button.toggled.connect(partial(show_checked, button))
                 show_checked(button, button.isChecked())
         self.resize(QSize(1600, 950).boundedTo(QGuiApplication.primaryScreen().availableSize()))

@@ -855,3 +855,53 @@ def test_jobs_let_go_of_what_they_worked_on(user, ant):
     user.do("overlay_aspect_ratio")
     gc.collect()
     assert gone() is None
+
+
+def test_using_the_window_leaves_nothing_behind(user, ant):
+    """Otherwise memory would grow with every use, and the time that each change takes."""
+    import gc
+
+    from PySide6.QtCore import SIGNAL
+    from PySide6.QtWidgets import QWidget
+
+    window = user.window
+    user.drop(ant)
+
+    def use():
+        for filter in (LaplacianSmoothing, TrapeziumDrawing):
+            user.apply(filter, iterations=1)
+        for command in ("undo", "redo", "undo", "undo", "preview", "preview", "next_worst"):
+            user.do(command)
+        for switch in ("split", "swipe", "edges", "bad_faces", "dark", "section"):
+            user.do(switch)
+            user.do(switch)
+        for overlay in ("feature_class", "none", "aspect_ratio"):
+            user.do(f"overlay_{overlay}")
+        window.histogram.set_brush((0.0, 0.5))
+        user.wait()
+        window.histogram.set_brush(None)
+        user.drop(ant)
+        user.do("close_layer")
+        user.document.restore([], None, [], 0)
+        user.drop(ant)
+        user.wait()
+        gc.collect()
+
+    def left():
+        props = [
+            one.GetViewProps().GetNumberOfItems() for one in window.view.plotter.render_window.GetRenderers()
+        ]
+        changed = {id: one.receivers(SIGNAL("changed()")) for id, one in window.actions_by_id.items()}
+        return {
+            "listeners to actions": changed,
+            "widgets": len(window.findChildren(QWidget)),
+            "actors": props,
+            "items of plots": [len(one.plot.items()) for one in (window.histogram, window.section)],
+            "jobs": len(user.jobs._kept) + len(user.jobs._lanes),
+        }
+
+    use()
+    before = left()
+    use()
+    use()
+    assert left() == before
