@@ -67,6 +67,33 @@ def resident(which: str = "VmRSS") -> float:
     return 0.0
 
 
+class _Mallinfo(ctypes.Structure):
+    """What glibc's mallinfo2 returns."""
+
+    _fields_ = tuple(
+        (name, ctypes.c_size_t)
+        for name in (
+            "arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks",
+            "keepcost",
+        )
+    )  # fmt: skip
+
+
+def handed_out() -> float:
+    """Return what malloc has handed out and not got back, megabytes: what is in use, without the gaps.
+
+    Python's small objects have memory of their own, and so have threads' stacks and machine code. With
+    another C library it is not known.
+    """
+    try:
+        ask = ctypes.CDLL("libc.so.6").mallinfo2
+    except (OSError, AttributeError):
+        return float("nan")
+    ask.restype = _Mallinfo
+    found = ask()
+    return float(found.uordblks + found.hblkhd) / (1 << 20)
+
+
 def tidy() -> None:
     """Let go of what nobody holds: it is no leak, and comes and goes by chance.
 
@@ -86,8 +113,9 @@ class Soak:
         self.window, self.document = application.window, application.document
         self.expected: list[dict[Layer, tuple[State, bytes]]] = []
         self.counts: dict[str, int] = {}
-        #: Minutes, and megabytes then, always with an empty history.
-        self.memory: list[tuple[float, float]] = []
+        self.switches = {id: self.window.action(id).isChecked() for id in _SWITCHES}
+        #: Minutes, and megabytes then, resident and handed out by malloc, always with an empty history.
+        self.memory: list[tuple[float, float, float]] = []
 
     def wait(self, seconds: float = 0.0) -> None:
         """Let things happen; with 0 until all is done."""
@@ -221,6 +249,18 @@ class Soak:
             self.wait()
             self.remember()
 
+    def look_at_memory(self, minutes: float) -> None:
+        """Note the memory while all is shown as at first: what is drawn takes some megabytes, by its size."""
+        changed = [id for id, on in self.switches.items() if self.window.action(id).isChecked() != on]
+        for id in changed:
+            self.window.action(id).trigger()
+        self.wait(0.1)
+        self.wait()
+        tidy()
+        self.memory.append((minutes, resident(), handed_out()))
+        for id in changed:
+            self.window.action(id).trigger()
+
     def run(self, seconds: float) -> None:
         """Do all this at random."""
         actions = [
@@ -246,28 +286,32 @@ class Soak:
             if time.monotonic() - begun_anew > _ANEW:
                 self.begin_anew()
                 begun_anew = time.monotonic()
-                tidy()
-                self.memory.append(((begun_anew - began) / 60, resident()))
+                self.look_at_memory((begun_anew - began) / 60)
             if time.monotonic() - told > 20:
                 told = time.monotonic()
                 print(f"{told - began:5.0f} s  {resident():6.0f} MB  {self.counts}", flush=True)
         self.wait()
 
     @property
-    def settled(self) -> list[tuple[float, float]]:
-        """The memory after the beginning."""
-        return [(at, size) for at, size in self.memory if at > _WARM_UP * self.memory[-1][0]]
+    def settled(self) -> np.ndarray:
+        """The memory after the beginning, one row for each time that it was looked at."""
+        memory = np.array(self.memory)
+        return memory[memory[:, 0] > _WARM_UP * memory[-1, 0]]
 
-    def growth(self) -> tuple[float, float]:
+    def growth(self, column: int = 1) -> tuple[float, float]:
         """Return how much the memory grows, and the standard error of that, megabytes in an hour."""
-        minutes, sizes = np.array(self.settled).T
-        (slope, _), covariance = np.polyfit(minutes, sizes, 1, cov=True)
+        rows = self.settled
+        if np.isnan(rows[:, column]).any():
+            return float("nan"), float("nan")
+        (slope, _), covariance = np.polyfit(rows[:, 0], rows[:, column], 1, cov=True)
         return 60 * float(slope), 60 * float(covariance[0, 0] ** 0.5)
 
     def lines(self) -> list[str]:
         """Return the page."""
-        growth, error = self.growth()
-        sizes = [size for _, size in self.settled]
+        (growth, error), (of_heap, error_of_heap) = self.growth(), self.growth(2)
+        (least, heap_least), (most, heap_most) = (
+            one[1:] for one in (self.settled.min(axis=0), self.settled.max(axis=0))
+        )
         steps = sum(self.counts.values())
         hourly = steps / self.memory[-1][0] * 60 / 1000  # thousand steps: kB of MB
         names = " and ".join(path.name for path in self.meshes)
@@ -288,13 +332,20 @@ class Soak:
             "No crash, no error, no wrong state. Memory was looked at whenever all was closed and opened",
             f"anew, {len(self.memory)} times, without what Qt and malloc keep for later (with it, it was",
             f"{resident('VmHWM'):.0f} MB at most). After the first {100 * _WARM_UP:.0f} % of the time,",
-            f"in which caches fill, it was {min(sizes):.0f} to {max(sizes):.0f} MB; the line through it",
+            f"in which caches fill, it was {least:.0f} to {most:.0f} MB; the line through it",
             f"rises by {growth:.0f} ± {error:.0f} MB an hour, {growth / hourly:.1f} kB a step.",
             f"Up to {_GROWTH:.0f} MB an hour, with twice the error, count as flat.",
             "",
-            "| minutes | MB |",
-            "| ---: | ---: |",
-            *(f"| {at:.1f} | {size:.0f} |" for at, size in self.memory[:: max(1, len(self.memory) // 12)]),
+            "What malloc had handed out tells what is in use from gaps between: it was",
+            f"{heap_least:.1f} to {heap_most:.1f} MB, and the line through it rises by",
+            f"{of_heap:.1f} ± {error_of_heap:.1f} MB an hour, {of_heap / hourly:.2f} kB a step.",
+            "",
+            "| minutes | MB | handed out, MB |",
+            "| ---: | ---: | ---: |",
+            *(
+                f"| {at:.1f} | {size:.0f} | {heap:.1f} |"
+                for at, size, heap in self.memory[:: max(1, len(self.memory) // 12)]
+            ),
         ]
 
 
