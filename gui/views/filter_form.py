@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from vtksmooth.filters import Filter
 
 from .parameter_row import ParameterRow
+from .theme import share_palette
 
 
 def title(cls: type[Filter]) -> str:
@@ -68,6 +69,7 @@ class FilterForm(QScrollArea):
             self._fill(column, cls)
         column.addStretch(1)
         self.setWidget(page)
+        share_palette(page)
         self._offer()
 
     def _fill(self, column: QVBoxLayout, cls: type[Filter]) -> None:

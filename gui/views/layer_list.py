@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHeaderView, QTreeWidget, QTreeWidgetItem
 
 from ..model.layer import Layer, Role
+from .theme import share_palette
 
 
 class LayerList(QTreeWidget):
@@ -67,6 +68,7 @@ class LayerList(QTreeWidget):
             lambda _, layer=layer, box=box: self.role_asked.emit(layer, Role(box.currentText()))
         )
         self.setItemWidget(item, 1, box)
+        share_palette(box)
 
     def _row(self, item: QTreeWidgetItem) -> int:
         return self.indexOfTopLevelItem(item)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QToolButton, QWidget
 
 Rgb = tuple[float, float, float]
 
@@ -90,3 +90,12 @@ def show_checked(button: QToolButton, on: bool) -> None:
         palette.setColor(QPalette.ColorRole.Button, QColor(LIGHT.highlight))
         palette.setColor(QPalette.ColorRole.ButtonText, QColor("#ffffff"))
     button.setPalette(palette)
+
+
+def share_palette(widget: QWidget) -> None:
+    """Let a new widget and all in it have the palette of the window itself, not copies of their own.
+
+    Qt draws buttons and boxes anew for each copy, and keeps the name of each drawing until the theme changes.
+    """
+    widget.setPalette(QPalette(QColor("black")))  # an equal one would not be taken
+    widget.setPalette(QPalette())
