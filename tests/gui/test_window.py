@@ -908,17 +908,19 @@ def test_using_the_window_leaves_nothing_behind(user, ant):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_widgets_of_a_form_share_one_palette(user, theme):
+def test_the_widgets_of_all_forms_share_one_palette(user, theme):
     """Qt draws them anew for each palette and keeps the names: choosing filters would take memory."""
     from PySide6.QtWidgets import QCheckBox, QWidget
 
     if theme == "dark":
         user.do("dark")
     boxes = {box.palette().window().color().name() for box in user.window.filters.findChildren(QCheckBox)}
-    user.choose(TrapeziumDrawing)
-    user.choose(LaplacianSmoothing)
-    page = user.window.filters.form.widget()
-    drawn = [one for one in page.findChildren(QWidget) if not isinstance(one, QCheckBox)]
-    assert len(drawn) > 50
-    assert {one.palette().cacheKey() for one in drawn} == {user.window.palette().cacheKey()}
+    palettes = set()
+    for cls in (TrapeziumDrawing, LaplacianSmoothing):
+        user.choose(cls)
+        page = user.window.filters.form.widget()
+        drawn = [one for one in page.findChildren(QWidget) if not isinstance(one, QCheckBox)]
+        assert len(drawn) > 30
+        palettes |= {one.palette().cacheKey() for one in drawn}
+    assert len(palettes) == 1
     assert {box.palette().window().color().name() for box in page.findChildren(QCheckBox)} == boxes
