@@ -14,7 +14,7 @@ from .quality import area_vector
 Float64 = npt.NDArray[np.float64]
 
 #: Up to this valence neighbours are searched for one by one, which stays in registers.
-FEW = 32
+_FEW = 32
 
 
 @device
@@ -101,7 +101,7 @@ def face_normals(mesh: Mesh, normals: Float64 | None = None) -> Float64:
 
 
 @device
-def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def]
+def _faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def]
     """Find the faces at each edge of v, in the order of its one-ring.
 
     Parameters
@@ -109,7 +109,7 @@ def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def
     near : Adjacency
     v : int
     place : (n,) int32
-        Scratch, whatever its content; needed for valences above :data:`FEW` only.
+        Scratch, whatever its content; needed for valences above `_FEW` only.
     faces : (valence, 2) int32
         Takes the two faces of every edge that has two, the smaller first; the second as -1 - f where the
         two disagree on the orientation.
@@ -119,7 +119,7 @@ def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def
     ring = near.ring_offsets[v]
     size = near.ring_offsets[v + 1] - ring
     for r in range(size):
-        if size > FEW:
+        if size > _FEW:
             place[near.ring[ring + r]] = r
         count[r] = 0
     for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
@@ -135,7 +135,7 @@ def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def
             if w == v:
                 continue
             r = 0
-            if size > FEW:
+            if size > _FEW:
                 r = place[w]
             else:
                 while near.ring[ring + r] != w:
@@ -151,8 +151,8 @@ def faces_of_edges(near, v, place, faces, count):  # type: ignore[no-untyped-def
 
 
 @device
-def dihedral_angle(normals, f, g):  # type: ignore[no-untyped-def]
-    """Return the angle between the normals of two faces, radians; g as :func:`faces_of_edges` gives it.
+def _dihedral_angle(normals, f, g):  # type: ignore[no-untyped-def]
+    """Return the angle between the normals of two faces, radians; g as `_faces_of_edges` gives it.
 
     0 where one of the faces has no area.
     """
@@ -171,3 +171,71 @@ def dihedral_angle(normals, f, g):  # type: ignore[no-untyped-def]
         return 2.0 * np.arcsin(0.5 * np.sqrt(square))
     # Without a normal the square is 1 or 0; otherwise it is 2 - 2 dot.
     return 0.0 if dot == 0.0 and square < 1.5 else np.arccos(max(-1.0, dot))
+
+
+@device
+def _is_flat(near, normals, v, cosine):  # type: ignore[no-untyped-def]
+    # Whether the normals round v lie in a cone round their mean.
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    first = near.corner_offsets[v]
+    last = near.corner_offsets[v + 1]
+    for row in range(first, last):
+        f = near.corner_face[near.corners[row]]
+        x += normals[f, 0]
+        y += normals[f, 1]
+        z += normals[f, 2]
+    limit = cosine * np.sqrt(x * x + y * y + z * z)
+    for row in range(first, last):
+        f = near.corner_face[near.corners[row]]
+        along = x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2]
+        if along <= limit and normals[f, 3] > 0.0:
+            return False
+    return True
+
+
+@kernel
+def measure_edges(starts, ends, near, normals, cosine, kind, angle, bent):  # type: ignore[no-untyped-def]
+    """Look at the edges round each vertex.
+
+    Parameters
+    ----------
+    starts, ends : (r,) int64
+        Ranges of vertices.
+    near : Adjacency
+    normals : (m, 4) float64
+        From :func:`face_normals`.
+    cosine : float
+        Of the half angle of a cone: a vertex with faces on all sides whose normals lie in one is not looked
+        at. Above 1: all are.
+    kind : (h,) uint8
+        Takes for each place in the one-rings how many faces the edge has: 0 two, 1 one, 2 more; 0 at vertices
+        that are not looked at.
+    angle : (h,) float32
+        Takes the dihedral angle where there are two faces, 0 at vertices that are not looked at.
+    bent : (n,) uint8
+        Takes 1 for each vertex that was looked at, and 0.
+    """
+    place = np.empty(0, np.int32)
+    faces = np.empty((_FEW, 2), np.int32)
+    count = np.empty(_FEW, np.int32)
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            ring = near.ring_offsets[v]
+            size = near.ring_offsets[v + 1] - ring
+            for r in range(ring, ring + size):
+                kind[r] = 0
+                angle[r] = 0.0
+            bent[v] = near.border[v] != 3 and not (near.border[v] == 0 and _is_flat(near, normals, v, cosine))
+            if not bent[v]:
+                continue
+            if size > count.size:
+                place = np.empty(near.border.size, np.int32)
+                faces = np.empty((2 * size, 2), np.int32)
+                count = np.empty(2 * size, np.int32)
+            _faces_of_edges(near, v, place, faces, count)
+            for r in range(size):
+                kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
+                if count[r] == 2:
+                    angle[ring + r] = _dihedral_angle(normals, faces[r, 0], faces[r, 1])

@@ -11,7 +11,7 @@ from ..errors import ParameterError
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
-from .dihedral import FEW, dihedral_angle, face_normals, faces_of_edges
+from .dihedral import face_normals, measure_edges
 from .mesh import Mesh
 from .metric_tensor import WEIGHTS, corner_angle, eigen, metric_tensor
 from .normal_filter import filter_normals, noise
@@ -81,28 +81,6 @@ def _is_sharp(kind, angle, r, ridge_angle):  # type: ignore[no-untyped-def]
 
 
 @device
-def _is_flat(near, normals, v, cosine):  # type: ignore[no-untyped-def]
-    # Whether the normals round v lie in a cone round their mean.
-    x = 0.0
-    y = 0.0
-    z = 0.0
-    first = near.corner_offsets[v]
-    last = near.corner_offsets[v + 1]
-    for row in range(first, last):
-        f = near.corner_face[near.corners[row]]
-        x += normals[f, 0]
-        y += normals[f, 1]
-        z += normals[f, 2]
-    limit = cosine * np.sqrt(x * x + y * y + z * z)
-    for row in range(first, last):
-        f = near.corner_face[near.corners[row]]
-        along = x * normals[f, 0] + y * normals[f, 1] + z * normals[f, 2]
-        if along <= limit and normals[f, 3] > 0.0:
-            return False
-    return True
-
-
-@device
 def _turns(points, near, normals, v, limit):  # type: ignore[no-untyped-def]
     # The angle defect: a quarter of a turn makes a corner, on a boundary the corner angle.
     total = 0.0
@@ -135,41 +113,16 @@ def _classify(  # type: ignore[no-untyped-def]
     starts, ends, points, near, normals, weight, ridge_angle, turn_angle, joined, before,
     kind, angle, classes, picked, acute,
 ):  # fmt: skip
-    # Section 4.1. `joined`: the second round, in which ridge vertices take the tensors of their
-    # neighbours along the ridge too, and only they are looked at.
+    # Section 4.1, for the vertices whose class was 1 before. `joined`: the second round, in which ridge
+    # vertices take the tensors of their neighbours along the ridge too.
     chi_r = np.tan(0.5 * ridge_angle) ** 2
     chi_c = 2.0 * np.tan(0.5 * turn_angle) ** 2
-    # With all normals in a cone of half angle a, l2 / l1 <= tan(a)^2 and l3 / l1 <= tan(a)^2 / 2, no
-    # dihedral angle exceeds 2 a, and up to 30 degrees the first eigenvector lies in the cone.
-    cosine = np.cos(min(0.5 * ridge_angle, 0.5 * turn_angle, np.pi / 6.0))
-    place = np.empty(0, np.int32)
-    faces = np.empty((FEW, 2), np.int32)
-    count = np.empty(FEW, np.int32)
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            if joined and before[v] != 1:
+            if before[v] != 1:
                 continue
             ring = near.ring_offsets[v]
             size = near.ring_offsets[v + 1] - ring
-            if not joined:
-                classes[v] = 0
-                acute[v] = 0
-                picked[v, 0] = -1
-                picked[v, 1] = -1
-                for r in range(ring, ring + size):
-                    kind[r] = 0
-                    angle[r] = 0.0
-                if near.border[v] == 3 or (near.border[v] == 0 and _is_flat(near, normals, v, cosine)):
-                    continue
-                if size > count.size:
-                    place = np.empty(near.border.size, np.int32)
-                    faces = np.empty((2 * size, 2), np.int32)
-                    count = np.empty(2 * size, np.int32)
-                faces_of_edges(near, v, place, faces, count)
-                for r in range(size):
-                    kind[ring + r] = 0 if count[r] == 2 else (1 if count[r] == 1 else 2)
-                    if count[r] == 2:
-                        angle[ring + r] = dihedral_angle(normals, faces[r, 0], faces[r, 1])
             a00 = 0.0
             a01 = 0.0
             a02 = 0.0
@@ -411,9 +364,13 @@ def detect(
     if denoise:
         normals = filter_normals(near, normals)
     kind, angle = np.empty(edges, np.uint8), np.empty(edges, np.float32)
-    classes, picked = np.empty(n, np.uint8), np.empty((n, 2), np.int32)
+    # With all normals in a cone of half angle a, l2 / l1 <= tan(a)^2 and l3 / l1 <= tan(a)^2 / 2, no
+    # dihedral angle exceeds 2 a, and up to 30 degrees the first eigenvector lies in the cone.
+    cosine = float(np.cos(min(0.5 * phi_r, 0.5 * phi_c, np.pi / 6.0)))
+    classes, picked = np.empty(n, np.uint8), np.full((n, 2), -1, np.int32)
+    parallel.run(measure_edges, *ranges, near, normals, cosine, kind, angle, classes)
     other_classes, other_picked = np.empty_like(classes), np.empty_like(picked)
-    acute = np.empty(n, np.uint8)
+    acute = np.zeros(n, np.uint8)
     for joined in (False, True):
         parallel.run(
             _classify, *ranges, mesh.points, near, normals, WEIGHTS.index(weight), phi_r, phi_c, joined,

@@ -13,10 +13,11 @@ import numpy.typing as npt
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import kernel
-from .dihedral import FEW, dihedral_angle, faces_of_edges
+from .dihedral import measure_edges
 from .mesh import LARGEST_POLYGON
 
 Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
 
 #: Standard deviation of the weight's bell over the noise.
 _REACH = 6.0
@@ -38,35 +39,11 @@ _BINS = 8192
 
 
 @kernel
-def _histogram(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
-    bins = np.zeros(_BINS, np.int64)
-    place = np.empty(0, np.int32)
-    faces = np.empty((FEW, 2), np.int32)
-    count = np.empty(FEW, np.int32)
+def _measure_unevenness(starts, ends, near, normals, angle):  # type: ignore[no-untyped-def]
+    # Angles between a face's normal and the mean of those across its edges; -1 where not each has one.
     for part in range(starts.size):
-        first = starts[part] + (-starts[part]) % stride
-        for v in range(first, ends[part], stride):
-            size = near.ring_offsets[v + 1] - near.ring_offsets[v]
-            if size > count.size:
-                place = np.empty(near.border.size, np.int32)
-                faces = np.empty((2 * size, 2), np.int32)
-                count = np.empty(2 * size, np.int32)
-            faces_of_edges(near, v, place, faces, count)
-            for r in range(size):
-                # From one end, where both ends are looked at.
-                if count[r] == 2 and (stride > 1 or near.ring[near.ring_offsets[v] + r] > v):
-                    angle = dihedral_angle(normals, faces[r, 0], faces[r, 1])
-                    bins[min(_BINS - 1, int(angle * (_BINS / np.pi)))] += 1
-    return bins
-
-
-@kernel
-def _histogram_of_unevenness(starts, ends, near, normals, stride):  # type: ignore[no-untyped-def]
-    # Angles between a face's normal and the mean of those across its edges; only where each has one.
-    bins = np.zeros(_BINS, np.int64)
-    for part in range(starts.size):
-        first = starts[part] + (-starts[part]) % stride
-        for f in range(first, ends[part], stride):
+        for f in range(starts[part], ends[part]):
+            angle[f] = -1.0
             begin = near.offsets[f]
             end = near.offsets[f + 1]
             if end - begin < 3 or end - begin > LARGEST_POLYGON:
@@ -98,14 +75,19 @@ def _histogram_of_unevenness(starts, ends, near, normals, stride):  # type: igno
             dot = normals[f, 0] * x + normals[f, 1] * y + normals[f, 2] * z
             sine = np.sqrt(cx * cx + cy * cy + cz * cz)
             # Mean of opposite normals: it has no direction.
-            if sine * sine + dot * dot < 1e-6:
-                continue
-            bins[min(_BINS - 1, int(np.arctan2(sine, dot) * (_BINS / np.pi)))] += 1
-    return bins
+            if sine * sine + dot * dot >= 1e-6:
+                angle[f] = np.arctan2(sine, dot)
 
 
-def _quartile(bins: list[npt.NDArray[np.int64]]) -> float:
-    below = np.concatenate(([0], np.cumsum(sum(bins))))
+def _sample(n: int) -> tuple[Int64, Int64]:
+    # Every k-th of n as a range of its own.
+    starts = np.arange(0, n, max(1, n // _SAMPLE))
+    return starts, starts + 1
+
+
+def _lower_quartile(angles: Float64) -> float:
+    bins = np.minimum((angles * (_BINS / np.pi)).astype(np.int64), _BINS - 1)
+    below = np.concatenate(([0], np.cumsum(np.bincount(bins, minlength=_BINS))))
     quarter = 0.25 * float(below[-1])
     if quarter == 0.0:
         return 0.0
@@ -123,13 +105,19 @@ def noise(near: Adjacency, normals: Float64) -> float:
     as much as it makes edges turn, and the smaller of the two measures counts. On every k-th vertex or face
     of large meshes.
     """
-    n, m = len(near.border), len(normals)
-    turning = _quartile(parallel.run(_histogram, *parallel.ranges(n), near, normals, max(1, n // _SAMPLE)))
+    kind, angle = np.full(len(near.ring), 255, np.uint8), np.empty(len(near.ring), np.float32)
+    starts, ends = _sample(len(near.border))
+    parallel.run(
+        measure_edges, starts, ends, near, normals, 2.0, kind, angle, np.empty(len(near.border), np.uint8)
+    )
+    turning = _lower_quartile(angle[kind == 0].astype(np.float64))
     if turning > _NOT_NOISE:
         return 0.0
-    uneven = _quartile(
-        parallel.run(_histogram_of_unevenness, *parallel.ranges(m), near, normals, max(1, m // _SAMPLE))
-    )
+    starts, ends = _sample(len(normals))
+    unevenness = np.empty(len(normals))
+    parallel.run(_measure_unevenness, starts, ends, near, normals, unevenness)
+    unevenness = unevenness[starts]
+    uneven = _lower_quartile(unevenness[unevenness >= 0.0])
     return min(turning, uneven)
 
 
