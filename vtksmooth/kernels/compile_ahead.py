@@ -131,7 +131,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
         if not is_cached(Path(__file__)):
             return
         self._began = True
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
         for part in range(count):
             command = [sys.executable, "-P", "-m", __name__, self._name, str(part), str(count)]
             try:
@@ -155,5 +155,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # whoever began tells the user
-    compile_for(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+    # Whoever began tells the user what goes on.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    with on_compile(lambda kernel: None):
+        compile_for(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
