@@ -40,11 +40,12 @@ class Notification(QFrame):
 
     def say(self, text: str, level: str = "note") -> None:
         """Show a "note", a "warning" or an "error"."""
-        self.level = level
         self.label.setText(text)
-        self.setStyleSheet(
-            f"Notification {{ background: {_LOOK[level]}; }} QLabel, QToolButton {{ color: white; }}"
-        )
+        if level != self.level:  # each time gives the widgets palettes of their own, whose drawings Qt keeps
+            self.level = level
+            self.setStyleSheet(
+                f"Notification {{ background: {_LOOK[level]}; }} QLabel, QToolButton {{ color: white; }}"
+            )
         self._place()
         self.show()
         self.raise_()
