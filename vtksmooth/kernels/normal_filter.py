@@ -105,12 +105,15 @@ def noise(near: Adjacency, normals: Float64) -> float:
     as much as it makes edges turn, and the smaller of the two measures counts. On every k-th vertex or face
     of large meshes.
     """
-    kind, angle = np.full(len(near.ring), 255, np.uint8), np.empty(len(near.ring), np.float32)
+    kind, angle = np.empty(len(near.ring), np.uint8), np.empty(len(near.ring), np.float32)
+    bent = np.empty(len(near.border), np.uint8)
     starts, ends = _sample(len(near.border))
-    parallel.run(
-        measure_edges, starts, ends, near, normals, 2.0, kind, angle, np.empty(len(near.border), np.uint8)
-    )
-    turning = _lower_quartile(angle[kind == 0].astype(np.float64))
+    parallel.run(measure_edges, starts, ends, near, normals, 2.0, kind, angle, bent)
+    # Where in the one-rings the sample stands: only there has anything been written.
+    first = near.ring_offsets[starts]
+    sizes = near.ring_offsets[ends] - first
+    at = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+    turning = _lower_quartile(angle[at[kind[at] == 0]].astype(np.float64))
     if turning > _NOT_NOISE:
         return 0.0
     starts, ends = _sample(len(normals))
