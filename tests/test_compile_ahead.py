@@ -89,6 +89,7 @@ def test_one_thread_and_other_programs_have_no_helpers(two_threads, monkeypatch)
         parallel.set_number_of_threads(1)
         ahead._begin("a kernel")
         parallel.set_number_of_threads(2)
-        monkeypatch.setattr(sys, "executable", "/usr/bin/pvpython")
-        ahead._begin("a kernel")
+        for program in ("/usr/bin/pvpython", "", None):
+            monkeypatch.setattr(sys, "executable", program)
+            ahead._begin("a kernel")
         assert not ahead._helpers

@@ -126,12 +126,14 @@ class compiling_ahead:  # noqa: N801 (used like a function)
     def _begin(self, kernel: str) -> None:
         count = min(parallel.number_of_threads() - 1, _MOST_HELPERS)
         # In ParaView and the like the executable is no Python; without a cache nothing can be handed over.
-        if self._helpers or count < 1 or not Path(sys.executable).name.lower().startswith("python"):
+        program = Path(sys.executable or "").name.lower()  # where Python is embedded it may not know one
+        if self._helpers or count < 1 or not program.startswith("python"):
             return
         if not is_cached(Path(__file__)):
             return
         self._began = True
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+        folders = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
         for part in range(count):
             command = [sys.executable, "-P", "-m", __name__, self._name, str(part), str(count)]
             try:
