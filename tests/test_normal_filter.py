@@ -8,7 +8,7 @@ import pytest
 
 from vtksmooth.kernels import adjacency
 from vtksmooth.kernels.dihedral import face_normals
-from vtksmooth.kernels.normal_filter import filter_normals, noise
+from vtksmooth.kernels.normal_filter import NoiseMeter, filter_normals
 
 
 def noisy_cube(level, n=12, seed=0):
@@ -24,9 +24,10 @@ def mean_error(normals, truth):
 @pytest.mark.parametrize("name", ["cube of triangles", "cube of quads"])
 def test_clean_polyhedra_have_no_noise_and_stay(name):
     mesh = meshes.USUAL[name]()
-    near, normals = adjacency.build(mesh), face_normals(mesh)
-    assert noise(near, normals) < 1e-3
-    assert filter_normals(near, normals) is normals
+    normals, meter = face_normals(mesh), NoiseMeter(adjacency.build(mesh))
+    noise = meter.measure(normals)
+    assert noise < 1e-3
+    assert filter_normals(meter, normals, noise) is normals
 
 
 def test_noise_is_the_lower_quartile_of_the_dihedral_angles():
@@ -35,15 +36,15 @@ def test_noise_is_the_lower_quartile_of_the_dihedral_angles():
     _, faces = adjacency.edges(near)
     between = (normals[faces[:, 0], :3] * normals[faces[:, 1], :3]).sum(axis=1)
     expected = np.quantile(np.arccos(np.clip(between, -1, 1)), 0.25)
-    assert noise(near, normals) == pytest.approx(expected, abs=1e-3)
+    assert NoiseMeter(near).measure(normals) == pytest.approx(expected, abs=1e-3)
 
 
 @pytest.mark.parametrize("level", [0.05, 0.1, 0.2])
 def test_noise_goes_and_creases_stay(level):
     clean, mesh = noisy_cube(level)
-    near, normals, truth = adjacency.build(mesh), face_normals(mesh), face_normals(clean)
+    meter, normals, truth = NoiseMeter(adjacency.build(mesh)), face_normals(mesh), face_normals(clean)
     kept = normals.copy()
-    filtered = filter_normals(near, normals)
+    filtered = filter_normals(meter, normals, meter.measure(normals))
     assert mean_error(filtered, truth) < 0.4 * mean_error(normals, truth)
     np.testing.assert_allclose(np.linalg.norm(filtered[:, :3], axis=1), 1.0, atol=1e-12)
     np.testing.assert_array_equal(filtered[:, 3], normals[:, 3])
@@ -53,6 +54,7 @@ def test_noise_goes_and_creases_stay(level):
 @pytest.mark.parametrize("name", meshes.HOSTILE)
 def test_hostile_meshes(name):
     mesh = meshes.HOSTILE[name]()
-    filtered = filter_normals(adjacency.build(mesh), face_normals(mesh))
+    meter, normals = NoiseMeter(adjacency.build(mesh)), face_normals(mesh)
+    filtered = filter_normals(meter, normals, meter.measure(normals))
     lengths = np.linalg.norm(filtered[:, :3], axis=1)
     assert ((np.abs(lengths - 1.0) < 1e-12) | (lengths == 0.0)).all()

@@ -14,7 +14,7 @@ from .compiled import device, kernel
 from .dihedral import face_normals, measure_edges
 from .mesh import Mesh
 from .metric_tensor import WEIGHTS, corner_angle, eigen, metric_tensor
-from .normal_filter import filter_normals, noise
+from .normal_filter import NoiseMeter, filter_normals
 from .union_find import find_root, join
 
 Float64 = npt.NDArray[np.float64]
@@ -356,13 +356,15 @@ def detect(
     n, edges = mesh.n_points, len(near.ring)
     ranges = parallel.ranges(n)
     normals = face_normals(mesh)
+    meter = NoiseMeter(near)
+    noise = meter.measure(normals) if denoise or ridge_angle == AUTO else 0.0
     if ridge_angle == AUTO:
-        ridge_angle = min(max(RIDGE_ANGLE, 1.5 * np.degrees(noise(near, normals))), LARGEST_RIDGE_ANGLE)
+        ridge_angle = min(max(RIDGE_ANGLE, 1.5 * np.degrees(noise)), LARGEST_RIDGE_ANGLE)
     if corner_angle == AUTO:
         corner_angle = max(CORNER_ANGLE, 1.2 * float(ridge_angle))
     phi_r, phi_c = np.radians(float(ridge_angle)) + _SPARE, np.radians(float(corner_angle)) + _SPARE
     if denoise:
-        normals = filter_normals(near, normals)
+        normals = filter_normals(meter, normals, noise)
     kind, angle = np.empty(edges, np.uint8), np.empty(edges, np.float32)
     # With all normals in a cone of half angle a, l2 / l1 <= tan(a)^2 and l3 / l1 <= tan(a)^2 / 2, no
     # dihedral angle exceeds 2 a, and up to 30 degrees the first eigenvector lies in the cone.

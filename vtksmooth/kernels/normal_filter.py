@@ -96,32 +96,43 @@ def _lower_quartile(angles: Float64) -> float:
     return float(np.pi / _BINS * (at + inside))
 
 
-def noise(near: Adjacency, normals: Float64) -> float:
-    """Return the dihedral angle that noise alone makes in the flattest quarter of the mesh, radians.
+class NoiseMeter:
+    """Measures the noise of a mesh, again and again while its normals are filtered.
 
-    The lower quartile of the dihedral angles: clean models, of which half the edges may be creases, have
-    none; Gaussian noise of a tenth of the edge length has some 6 degrees. But the facets of a coarse
-    cylinder turn too, all alike: there normals lie in the middle of those round them. Noise prevents that, by
-    as much as it makes edges turn, and the smaller of the two measures counts. On every k-th vertex or face
-    of large meshes.
+    Parameters
+    ----------
+    near : Adjacency
     """
-    kind, angle = np.empty(len(near.ring), np.uint8), np.empty(len(near.ring), np.float32)
-    bent = np.empty(len(near.border), np.uint8)
-    starts, ends = _sample(len(near.border))
-    parallel.run(measure_edges, starts, ends, near, normals, 2.0, kind, angle, bent)
-    # Where in the one-rings the sample stands: only there has anything been written.
-    first = near.ring_offsets[starts]
-    sizes = near.ring_offsets[ends] - first
-    at = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
-    turning = _lower_quartile(angle[at[kind[at] == 0]].astype(np.float64))
-    if turning > _NOT_NOISE:
-        return 0.0
-    starts, ends = _sample(len(normals))
-    unevenness = np.empty(len(normals))
-    parallel.run(_measure_unevenness, starts, ends, near, normals, unevenness)
-    unevenness = unevenness[starts]
-    uneven = _lower_quartile(unevenness[unevenness >= 0.0])
-    return min(turning, uneven)
+
+    def __init__(self, near: Adjacency) -> None:
+        self.near = near
+        # Kept from one measuring to the next: new memory of this size costs more than what is measured.
+        self._kind, self._angle = np.empty(len(near.ring), np.uint8), np.empty(len(near.ring), np.float32)
+        self._bent = np.empty(len(near.border), np.uint8)
+        self._unevenness = np.empty(len(near.offsets) - 1)
+        self._vertices, self._faces = _sample(len(self._bent)), _sample(len(self._unevenness))
+        # Where in the one-rings the sample stands: only there is anything written.
+        first, last = (near.ring_offsets[at] for at in self._vertices)
+        sizes = last - first
+        self._places = np.repeat(first - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+
+    def measure(self, normals: Float64) -> float:
+        """Return the dihedral angle that noise alone makes in the flattest quarter of the mesh, radians.
+
+        The lower quartile of the dihedral angles: clean models, of which half the edges may be creases, have
+        none; Gaussian noise of a tenth of the edge length has some 6 degrees. But the facets of a coarse
+        cylinder turn too, all alike: there normals lie in the middle of those round them. Noise prevents
+        that, by as much as it makes edges turn, and the smaller of the two measures counts. On every k-th
+        vertex or face of large meshes.
+        """
+        kind, angle = self._kind, self._angle
+        parallel.run(measure_edges, *self._vertices, self.near, normals, 2.0, kind, angle, self._bent)
+        turning = _lower_quartile(angle[self._places[kind[self._places] == 0]].astype(np.float64))
+        if turning > _NOT_NOISE:
+            return 0.0
+        parallel.run(_measure_unevenness, *self._faces, self.near, normals, self._unevenness)
+        unevenness = self._unevenness[self._faces[0]]
+        return min(turning, _lower_quartile(unevenness[unevenness >= 0.0]))
 
 
 @kernel
@@ -170,21 +181,22 @@ def _filter_normals(starts, ends, near, reach, itself, normals, filtered):  # ty
                 filtered[f, 2] = sz * scale_back
 
 
-def filter_normals(near: Adjacency, normals: Float64, passes: int = 4) -> Float64:
+def filter_normals(meter: NoiseMeter, normals: Float64, left: float, passes: int = 4) -> Float64:
     """Return filtered normals, in the form of :func:`~vtksmooth.kernels.dihedral.face_normals`.
 
-    Each pass reaches as far in direction as six times the noise that is left; none is done once there is
-    hardly any.
+    `left` is the noise that they have. Each pass reaches as far in direction as six times the noise that is
+    left; none is done once there is hardly any.
     """
     result = normals
     spare = np.empty_like(normals)
     for turn in range(passes):
-        left = noise(near, result)
+        if turn > 0:
+            left = meter.measure(result)
         if left < _NO_NOISE:
             break
         itself = _ITSELF if turn == 0 else 0.0
         parallel.run(
-            _filter_normals, *parallel.ranges(len(normals)), near, _REACH * left, itself, result, spare
+            _filter_normals, *parallel.ranges(len(normals)), meter.near, _REACH * left, itself, result, spare
         )
         result, spare = spare, result if result is not normals else np.empty_like(normals)
     return result
