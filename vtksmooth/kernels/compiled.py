@@ -19,6 +19,8 @@ from typing import Any
 import numba
 from numba.core import event
 
+from .compile_quicker import compiling_quicker
+
 _log = logging.getLogger("vtksmooth")
 
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
@@ -131,12 +133,17 @@ class _Announcer(event.Listener):
         self.listeners: list[tuple[Callable[[str], None], bool]] = []
         self.depth = 0
         self.said = False
+        #: Whether what is compiled is ours.
+        self.ours = False
+        self.quicker = compiling_quicker()
 
     def on_start(self, event: Any) -> None:
         self.depth += 1
         dispatcher = event.data["dispatcher"]
         if self.depth > 1 or not dispatcher.py_func.__module__.startswith("vtksmooth."):
             return
+        self.ours = True
+        self.quicker.__enter__()
         name = dispatcher.py_func.__name__
         if not self.said and not any(telling for _, telling in self.listeners):
             self.said = True
@@ -146,6 +153,9 @@ class _Announcer(event.Listener):
 
     def on_end(self, event: Any) -> None:
         self.depth -= 1
+        if self.depth == 0 and self.ours:
+            self.ours = False
+            self.quicker.__exit__()
 
 
 _announcer = _Announcer()
