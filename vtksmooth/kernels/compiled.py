@@ -19,14 +19,19 @@ from typing import Any
 import numba
 from numba.core import event
 
-from .compile_quicker import compiling_quicker
+from .compile_quicker import Passes, compiling_quicker, for_any_number
 
 _log = logging.getLogger("vtksmooth")
 
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
 #: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch. Nothing in C calls
 #: them, and the compiler need not make that possible.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "pipeline_class": Passes,
+}
 
 #: For what only kernels call: nothing by which Python could call it, which takes the compiler its time.
 _INNER: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
@@ -113,16 +118,23 @@ def kernel(function: Callable[..., Any]) -> Any:
         numba.config.CACHE_DIR = before
 
 
-#: A helper of kernels, always part of its caller's machine code: left to itself the compiler makes
-#: calls of them, at half the speed. It counts no references, which takes a third of the time of those that
-#: are handed many arrays: it must make no arrays, nor return any.
-device = numba.njit(forceinline=True, _nrt=False, **_INNER)
+def device(function: Callable[..., Any]) -> Any:
+    """Compile a helper of kernels, always part of its caller's machine code.
 
-#: The same, but called: for what is seldom needed, so that the loop round it stays small.
-routine = numba.njit(_nrt=False, **_INNER)
+    Left to itself the compiler makes calls of them, at half the speed. It counts no references, which takes
+    a third of the time of those that are handed many arrays: it must make no arrays, nor return any.
+    """
+    return for_any_number(numba.njit(forceinline=True, _nrt=False, **_INNER)(function))
 
-#: A helper of kernels that makes arrays.
-allocating = numba.njit(**_INNER)
+
+def routine(function: Callable[..., Any]) -> Any:
+    """Compile the same, but called: for what is seldom needed, so that the loop round it stays small."""
+    return for_any_number(numba.njit(_nrt=False, **_INNER)(function))
+
+
+def allocating(function: Callable[..., Any]) -> Any:
+    """Compile a helper of kernels that makes arrays."""
+    return for_any_number(numba.njit(**_INNER)(function))
 
 
 class _Announcer(event.Listener):

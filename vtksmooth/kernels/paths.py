@@ -16,9 +16,10 @@ Int32 = npt.NDArray[np.int32]
 
 @kernel
 def _travel(points, ring_offsets, ring, sources, target, limit, distance, previous):  # type: ignore[no-untyped-def]
-    heap = [(0.0, np.int64(v)) for v in sources]
+    heap = [(0.0, sources[0])]
     for v in sources:
         distance[v] = 0.0
+        heapq.heappush(heap, (0.0, v))
     while len(heap) > 0:
         so_far, v = heapq.heappop(heap)
         if so_far > distance[v]:

@@ -248,7 +248,8 @@ def _gather(  # type: ignore[no-untyped-def]
             size[i] = count
             if total + count > faces.size:
                 larger = np.empty(2 * faces.size, np.int32)
-                larger[:total] = faces[:total]
+                for c in range(total):  # a slice would be compiled for some seconds
+                    larger[c] = faces[c]
                 faces = larger
             for c in range(count):
                 faces[total + c] = found[c]

@@ -246,7 +246,8 @@ def _gather(  # type: ignore[no-untyped-def]
                 )  # fmt: skip
             if total + size[i] > faces.size:
                 larger = np.empty(2 * faces.size, np.int32)
-                larger[:total] = faces[:total]
+                for c in range(total):  # a slice would be compiled for some seconds
+                    larger[c] = faces[c]
                 faces = larger
             for c in range(size[i]):
                 faces[total + c] = near[c]

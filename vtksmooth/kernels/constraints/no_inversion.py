@@ -96,12 +96,16 @@ def withdraw(before, after, near, reference, halvings, refused):  # type: ignore
     m = near.offsets.size - 1
     seen = np.zeros(m, np.uint8)
     halved = np.zeros(before.shape[0], np.uint8)
-    waiting = [
-        f for f in range(m) if newly_inverted(before, after, near.offsets, near.connectivity, reference, f)
-    ]
-    while len(waiting) > 0:
-        shortened = [0 for _ in range(0)]
-        for f in waiting:
+    waiting, shortened = np.empty(m, np.int32), np.empty(before.shape[0], np.int32)
+    faces = 0
+    for f in range(m):
+        if newly_inverted(before, after, near.offsets, near.connectivity, reference, f):
+            waiting[faces] = f
+            faces += 1
+    while faces > 0:
+        vertices = 0
+        for i in range(faces):
+            f = waiting[i]
             for c in range(near.offsets[f], near.offsets[f + 1]):
                 v = near.connectivity[c]
                 if halved[v] >= 128:
@@ -111,7 +115,8 @@ def withdraw(before, after, near, reference, halvings, refused):  # type: ignore
                     still = still and after[v, axis] == before[v, axis]
                 if still:
                     continue
-                shortened.append(v)
+                shortened[vertices] = v
+                vertices += 1
                 halved[v] += 1
                 give_up = halved[v] > halvings
                 halved[v] += 128
@@ -122,8 +127,9 @@ def withdraw(before, after, near, reference, halvings, refused):  # type: ignore
                         after[v, axis] = before[v, axis] + 0.5 * (after[v, axis] - before[v, axis])
                 if give_up:
                     refused[v] = 1
-        found = [0 for _ in range(0)]
-        for v in shortened:
+        faces = 0
+        for i in range(vertices):
+            v = shortened[i]
             halved[v] -= 128
             for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                 f = near.corner_face[near.corners[row]]
@@ -131,10 +137,10 @@ def withdraw(before, after, near, reference, halvings, refused):  # type: ignore
                     before, after, near.offsets, near.connectivity, reference, f
                 ):
                     seen[f] = 1
-                    found.append(f)
-        for f in found:
-            seen[f] = 0
-        waiting = found
+                    waiting[faces] = f
+                    faces += 1
+        for i in range(faces):
+            seen[waiting[i]] = 0
 
 
 @device
