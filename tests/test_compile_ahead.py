@@ -1,5 +1,6 @@
 """Compiling ahead: the list is what filters need, and what it names is not compiled again."""
 
+import importlib
 import json
 import os
 import subprocess
@@ -12,6 +13,7 @@ from numba import typeof, types
 from vtksmooth.filters import FILTERS
 from vtksmooth.kernels import adjacency, compile_ahead, parallel
 from vtksmooth.kernels.compile_ahead import compiling_ahead, spelled, understood
+from vtksmooth.kernels.compiled import device
 from vtksmooth.kernels.mesh import Mesh
 
 LIST = json.loads(compile_ahead.PATH.read_text(encoding="utf-8"))
@@ -57,10 +59,45 @@ def test_what_kernels_must_not_take_is_not_written():
 
 def test_what_was_compiled_ahead_is_not_compiled_again(tmp_path):
     cache = {"NUMBA_CACHE_DIR": str(tmp_path), "VTKSMOOTH_THREADS": "1"}
-    for part in "01":
-        done = python("-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", part, "2", **cache)
-        assert done.stdout + done.stderr == ""
+    done = python("-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "1", **cache)
+    assert done.stdout + done.stderr == ""
     assert python("-c", _COMPILED, **cache).stdout == ""
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_helpers_begin_with_other_kernels_and_come_to_all(cls):
+    kernels = [LIST["kernels"][number] for number in LIST["filters"][cls.__name__]]
+    functions = [getattr(importlib.import_module(module), name).py_func for module, name, _ in kernels]
+    orders = [compile_ahead.order(functions, part) for part in range(3)]
+    assert all(sorted(order) == list(range(len(functions))) for order in orders)
+    assert len({tuple(order[:1]) for order in orders}) == max(1, min(len(functions), 3))
+
+
+@device
+def _shared(x):
+    return x * x * x * x * x * x * x * x * x * x * x * x
+
+
+def _one(x):
+    return _shared(x)
+
+
+def _small(x):
+    return x
+
+
+def _biggest(x):
+    return x + _shared(x) + x
+
+
+def _larger(x):
+    return x + x + x
+
+
+def test_what_shares_most_of_its_code_is_compiled_together():
+    functions = [_one, _small, _biggest, _larger]
+    assert compile_ahead.order(functions, 0) == [0, 2, 3, 1]
+    assert compile_ahead.order(functions, 1) == [3, 2, 1, 0]
 
 
 @pytest.fixture

@@ -1,8 +1,8 @@
-"""Compiling ahead: while a filter waits for its first kernel, other processes compile those it needs last.
+"""Compiling ahead: while a filter waits for its first kernel, other processes compile those it needs later.
 
 One process compiles on one processor only. Which kernels each filter needs, in which order and with arguments
 of which types, stands in ``signatures.json`` beside this file; ``python -m vtksmooth.signatures`` makes it.
-Machine code changes hands by numba's cache on disk. What is not in the list is compiled when it is called, as
+Machine code changes hands by the cache on disk. What is not in the list is compiled when it is called, as
 ever.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import inspect
 import json
 import logging
 import os
@@ -98,13 +99,49 @@ def noted() -> Iterator[list[list[str]]]:
         Dispatcher.compile = original  # type: ignore[method-assign]
 
 
-def compile_for(name: str, part: int = 0, parts: int = 1) -> None:
-    """Compile what the filter `name` needs (all there is for ''), last first, every `parts`-th kernel."""
+def _parts_of(function: Any) -> dict[Any, int]:
+    """Return the code of a kernel and of the helpers in it, with the sizes: what it takes to compile them."""
+    found: dict[Any, int] = {}
+    waiting = [function]
+    while waiting:
+        function = waiting.pop()
+        code = function.__code__
+        if code in found:
+            continue
+        found[code] = len(code.co_code)
+        named = [function.__globals__.get(name) for name in code.co_names]
+        named += [vars(each).get(name) for each in named if inspect.ismodule(each) for name in code.co_names]
+        waiting += [each.py_func for each in named if isinstance(each, Dispatcher)]
+    return found
+
+
+def order(functions: Sequence[Any], part: int) -> list[int]:
+    """Return the numbers of kernels in the order in which helper number `part` had better compile them.
+
+    `functions` are what the kernels are made of, in the order in which they are needed. A helper begins with
+    the biggest kernel that is not for the helpers before it, and those that have most of what is in them in
+    common with it: what they share would be compiled in each process. It goes on with the last.
+    """
+    parts = [_parts_of(function) for function in functions]
+    left = sorted(range(len(parts)), key=lambda number: -sum(parts[number].values()))
+    first: list[int] = []
+    for _ in range(part + 1):
+        left = [number for number in left if number not in first]
+        shared = [sum(size for code, size in parts[n].items() if code in parts[left[0]]) for n in left]
+        first = [n for n, size in zip(left, shared, strict=True) if 2 * size > sum(parts[n].values())]
+    return [*sorted(first), *(n for n in reversed(range(len(parts))) if n not in first)]
+
+
+def compile_for(name: str, part: int = 0) -> None:
+    """Compile what the filter `name` needs (all there is for ''), as helper number `part`."""
     listed = json.loads(PATH.read_text(encoding="utf-8"))
-    chosen = listed["filters"].get(name, []) if name else range(len(listed["kernels"]))
-    for number in chosen[::-1][part::parts]:
+    kernels = []
+    for number in listed["filters"].get(name, []) if name else range(len(listed["kernels"])):
         module, kernel, arguments = listed["kernels"][number]
-        getattr(importlib.import_module(module), kernel).compile(understood(arguments))
+        kernels.append((getattr(importlib.import_module(module), kernel), understood(arguments)))
+    for number in order([kernel.py_func for kernel, _ in kernels], part):
+        kernel, arguments = kernels[number]
+        kernel.compile(arguments)
 
 
 class compiling_ahead:  # noqa: N801 (used like a function)
@@ -135,7 +172,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
         folders = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
         for part in range(count):
-            command = [sys.executable, "-P", "-m", __name__, self._name, str(part), str(count)]
+            command = [sys.executable, "-P", "-m", __name__, self._name, str(part)]
             try:
                 helper = subprocess.Popen(
                     command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
@@ -160,4 +197,4 @@ if __name__ == "__main__":
     # Whoever began tells the user what goes on.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     with on_compile(lambda kernel: None):
-        compile_for(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+        compile_for(sys.argv[1], int(sys.argv[2]))
