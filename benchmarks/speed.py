@@ -301,7 +301,8 @@ class Runner:
         if done.returncode != 0:
             lines = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
             print("\n".join(lines[-5:]), file=sys.stderr)
-            return {"failed": "not installed" if "ModuleNotFoundError" in lines[-1] else "failed"}
+            known = {"ModuleNotFoundError": "not installed", "ImportError": "cannot be loaded"}
+            return {"failed": known.get(lines[-1].split(":")[0], "failed")}
         result: dict[str, Any] = json.loads(done.stdout.strip().splitlines()[-1])
         return result
 
