@@ -19,7 +19,7 @@ from typing import Any
 import numba
 from numba.core import event
 
-from .compile_quicker import Passes, compiling_quicker, for_any_number
+from .compilation import Passes, compiling_kernels, for_any_number
 
 _log = logging.getLogger("vtksmooth")
 
@@ -147,7 +147,7 @@ class _Announcer(event.Listener):
         self.said = False
         #: Whether what is compiled is ours.
         self.ours = False
-        self.quicker = compiling_quicker()
+        self.compiling = compiling_kernels()
 
     def on_start(self, event: Any) -> None:
         self.depth += 1
@@ -155,7 +155,7 @@ class _Announcer(event.Listener):
         if self.depth > 1 or not dispatcher.py_func.__module__.startswith("vtksmooth."):
             return
         self.ours = True
-        self.quicker.__enter__()
+        self.compiling.__enter__()
         name = dispatcher.py_func.__name__
         if not self.said and not any(telling for _, telling in self.listeners):
             self.said = True
@@ -167,7 +167,7 @@ class _Announcer(event.Listener):
         self.depth -= 1
         if self.depth == 0 and self.ours:
             self.ours = False
-            self.quicker.__exit__()
+            self.compiling.__exit__()
 
 
 _announcer = _Announcer()

@@ -1,4 +1,4 @@
-"""Compiling quicker: what is remembered is what numba says, and nobody else's compiling is touched."""
+"""How kernels are compiled: what is remembered is what numba says, and nobody else's compiling is touched."""
 
 import gc
 import itertools
@@ -10,8 +10,8 @@ from numba import types
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 
-from vtksmooth.kernels import compile_quicker, compiled
-from vtksmooth.kernels.compile_quicker import compiling_quicker
+from vtksmooth.kernels import compilation, compiled
+from vtksmooth.kernels.compilation import compiling_kernels
 
 _OPERATORS = (operator.add, operator.mul, operator.truediv, operator.sub, operator.lt, operator.getitem)
 _TYPES = (
@@ -35,12 +35,14 @@ def test_what_is_remembered_is_what_numba_says(function):
     expected = [signature(function, pair) for pair in pairs]
     assert sum(answer is not None for answer in expected) > 5
     for _ in range(2):  # asked, and remembered
-        with compiling_quicker():
+        with compiling_kernels():
             assert [signature(function, pair) for pair in pairs] == expected
 
 
 def state():
-    return gc.isenabled(), types.BaseFunction.get_call_type is compile_quicker._remembered
+    ours = types.BaseFunction.get_call_type is compilation._remembered
+    assert bool(numba.config.SLP_VECTORIZE) == ours
+    return gc.isenabled(), ours
 
 
 @pytest.mark.parametrize("collects", [True, False])

