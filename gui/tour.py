@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from PySide6.QtCore import QEvent, QEventLoop, QPointF, Qt, QTimer
+from PySide6.QtCore import SLOT, QEvent, QEventLoop, QPointF, Qt, QTimer
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication, QMessageBox
 
@@ -45,7 +45,8 @@ def pause(seconds: float) -> None:
     worker would get a turn only between two waits.
     """
     loop = QEventLoop()
-    QTimer.singleShot(round(1000 * seconds), loop.quit)
+    # By name: of `loop.quit` PySide 6.11 would keep the name each time.
+    QTimer.singleShot(round(1000 * seconds), loop, SLOT("quit()"))  # type: ignore[call-overload]
     loop.exec()
 
 
