@@ -13,13 +13,16 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, QThreadPool, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QThreadPool, QTimer, Signal, Slot
 
 from vtksmooth.errors import Cancelled
 from vtksmooth.kernels.compiled import on_compile
 
 #: What a job does: it is given its context and returns its result.
 Work = Callable[["Context"], Any]
+
+#: How often progress is shown, milliseconds.
+_PROGRESS_INTERVAL = 30
 
 
 class Context:
@@ -100,18 +103,17 @@ class Job(QObject):
     #: The thread has ended, after a cancel some time later than `stopped`.
     ended = Signal(object)
 
-    _told = Signal(float, str)
     _part = Signal(object)
     _ended = Signal(object, object)
 
     def __init__(self, work: Work) -> None:
         super().__init__()
         self.work = work
-        self.context = Context(self._told.emit, self._part.emit)
+        self.context = Context(self.tell, self._part.emit)
+        self._told: tuple[float, str] | None = None
         self.over = False
         #: When the work ended, seconds of time.perf_counter: for measurements.
         self.stopped_at = 0.0
-        self._told.connect(self._progress, Qt.ConnectionType.QueuedConnection)
         self._part.connect(self._receive, Qt.ConnectionType.QueuedConnection)
         self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
 
@@ -122,10 +124,15 @@ class Job(QObject):
             self.over = True
             self.stopped.emit()
 
-    @Slot(float, str)
-    def _progress(self, fraction: float, what: str) -> None:
-        if not self.over:
-            self.progressed.emit(fraction, what)
+    def tell(self, fraction: float, what: str) -> None:
+        """Tell the progress, from the worker's thread."""
+        self._told = (fraction, what)
+
+    def show_progress(self) -> None:
+        """Hand on what has been told last."""
+        told, self._told = self._told, None
+        if told is not None and not self.over:
+            self.progressed.emit(*told)
 
     @Slot(object)
     def _receive(self, part: Any) -> None:
@@ -134,6 +141,7 @@ class Job(QObject):
 
     @Slot(object, object)
     def _end(self, result: Any, error: BaseException | None) -> None:
+        self.show_progress()
         wanted, self.over = not self.over, True
         if wanted and isinstance(error, Cancelled):
             self.stopped.emit()
@@ -149,7 +157,7 @@ def _run(job: Job) -> None:
     result = error = None
     try:
         job.context.check()
-        with on_compile(lambda name: job._told.emit(0.0, f"compiling {name}, once per installation")):
+        with on_compile(lambda name: job.tell(0.0, f"compiling {name}, once per installation")):
             result = job.work(job.context)
     except BaseException as raised:  # whatever happens in a worker is told in the window
         error = raised
@@ -173,6 +181,10 @@ class Jobs(QObject):
         self._pool.setMaxThreadCount(6)
         self._lanes: dict[str, Job] = {}
         self._kept: set[Job] = set()
+        # Asked for, not sent: Qt deals with all events that wait before it looks at its timers or at the
+        # mouse, and where each took longer than the next took to come, the window would stand still.
+        self._progress = QTimer(self, interval=_PROGRESS_INTERVAL)
+        self._progress.timeout.connect(self._show_progress)
 
     def start(self, lane: str, work: Work) -> Job:
         """Cancel what runs in `lane`, and return a job that begins once the caller returns."""
@@ -184,6 +196,7 @@ class Jobs(QObject):
         job.ended.connect(self._release)
         # A job lives until its thread has ended, wanted or not.
         self._kept.add(job)
+        self._progress.start()
         self._pool.start(partial(_run, job))  # of a QRunnable the pool would keep the Python side for good
         self.changed.emit()
         return job
@@ -227,6 +240,13 @@ class Jobs(QObject):
     @Slot()
     def _tidy(self) -> None:
         self.changed.emit()
+
+    @Slot()
+    def _show_progress(self) -> None:
+        for job in [*self._kept]:
+            job.show_progress()
+        if not self._kept:
+            self._progress.stop()
 
     @Slot(object)
     def _release(self, job: Job) -> None:

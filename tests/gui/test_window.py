@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -127,6 +128,41 @@ def test_a_filter_with_two_inputs_takes_the_second_from_a_layer(user, ant, tmp_p
             vtk_to_numpy(user.mesh.GetPointData().GetArray(name)),
             vtk_to_numpy(expected.GetPointData().GetArray(name)),
         )
+
+
+def test_progress_that_is_told_faster_than_it_is_shown_holds_up_nothing(qtbot):
+    from PySide6.QtCore import QTimer
+
+    from vtksmooth_gui.controllers.jobs import Jobs
+
+    jobs, rung, turns, shown = Jobs(), threading.Event(), [], []
+
+    def work(context):
+        for _ in range(1000):
+            context.tell(0.5, "")
+            if rung.wait(0.005):
+                return len(shown)
+        raise AssertionError("the event loop makes no turns")
+
+    def show(*told):
+        shown.append(told)
+        time.sleep(0.02)
+
+    def turn():
+        turns.append(len(shown))
+        if len(turns) == 10:
+            rung.set()
+
+    timer = QTimer(interval=0)
+    timer.timeout.connect(turn)
+    job = jobs.start("work", work)
+    job.progressed.connect(show)
+    job.progressed.connect(lambda *_: timer.start())
+    with qtbot.waitSignal(job.done, timeout=60_000) as done:
+        pass
+    timer.stop()
+    assert done.args[0] > 0
+    qtbot.waitUntil(lambda: jobs.idle)
 
 
 def test_cancel_stops_a_run_and_leaves_the_mesh(user, big):
@@ -560,10 +596,18 @@ def test_a_change_is_drawn_once_and_what_is_said_not_at_all(user, ant):
     user.do("edges")
     user.qtbot.wait(100)
     assert view.frames == frames + 1
-    user.window.notification.say("Something long to read. " * 40)
+    notification = user.window.notification
+    notification.say("Something long to read. " * 40)
     user.qtbot.wait(100)
-    assert user.window.notification.height() > 40
-    user.window.notification.hide()
+    folded = notification.height()
+    assert notification.more.isVisible()
+    notification.more.click()
+    user.qtbot.wait(100)
+    assert notification.height() > 2 * folded
+    notification.say("Something short.")
+    assert notification.height() <= folded
+    assert not notification.more.isVisible()
+    notification.hide()
     user.qtbot.wait(100)
     assert view.frames == frames + 1
     user.do("overlay_none")
