@@ -17,7 +17,7 @@ from ..model.document import Document
 from ..model.layer import Layer
 from ..model.state import State
 from ..settings import Settings
-from ..views.filter_form import title
+from ..views.filter_form import input_title, title
 from ..views.main_window import MainWindow
 from ..views.recipe_list import parameters
 from .files import explain
@@ -139,7 +139,8 @@ class Filtering(QObject):
             state = target.state if isinstance(target, Layer) else target
             if state is None:
                 self._window.notification.say(
-                    f"{title(panel.filter)} needs a second mesh, the {name}: open it as a layer.",
+                    f"{title(panel.filter)} needs a second mesh, the {input_title(name)}: "
+                    "open it as a layer.",
                     "warning",
                 )
                 return None
@@ -166,7 +167,7 @@ class Filtering(QObject):
         self._document.apply(request.layer, result.outputs, step, sources, name, result.did, report)
         words = report or f"done in {result.seconds:.2f} s."
         self._window.notification.say(
-            " ".join([f"{title(request.cls)}: {words}", *notes]), "warning" if notes else "note"
+            " ".join([f"{title(request.cls)}:", *notes, words]), "warning" if notes else "note"
         )
         self.applied.emit()
 

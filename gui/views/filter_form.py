@@ -29,6 +29,11 @@ def title(cls: type[Filter]) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", " ", cls.__name__)
 
 
+def input_title(name: str) -> str:
+    """Return what an input is, in words."""
+    return "installation space" if name == "installation" else name.replace("_", " ")
+
+
 class FilterForm(QScrollArea):
     """The parameters and the further inputs of one filter.
 
@@ -79,9 +84,9 @@ class FilterForm(QScrollArea):
             box = QComboBox()
             box.setMinimumContentsLength(8)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            box.setToolTip(f"The mesh that the filter takes as its {name.replace('_', ' ')}")
+            box.setToolTip(f"The mesh that the filter takes as its {input_title(name)}")
             self.inputs[name] = box
-            forms[""].addRow(self._label(name.replace("_", " ").capitalize(), box.toolTip()), box)
+            forms[""].addRow(self._label(input_title(name).capitalize(), box.toolTip()), box)
             box.activated.connect(partial(self._chosen, name))
         for name, parameter in cls.parameters().items():
             row = ParameterRow(parameter, self._names)
@@ -104,14 +109,14 @@ class FilterForm(QScrollArea):
         form = self._form()
         rows.setLayout(form)
         rows.hide()
-        button.toggled.connect(rows.setVisible)
-        button.toggled.connect(partial(self._unfold, group))
+        button.toggled.connect(partial(self._unfold, group, rows))
         button.setChecked(group in self._unfolded)
         column.addWidget(button)
         column.addWidget(rows)
         return form
 
-    def _unfold(self, group: str, on: bool) -> None:
+    def _unfold(self, group: str, rows: QWidget, on: bool) -> None:
+        rows.setVisible(on)
         self.sections[group].setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
         (self._unfolded.add if on else self._unfolded.discard)(group)
 
