@@ -53,7 +53,7 @@ class BatchDialog(QDialog):
         self.sources = QListWidget()
         self.sources.setToolTip("Meshes, and folders, of which all meshes are taken; drop them here")
         self.sources.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.sources.setMaximumHeight(110)
+        self.sources.setMaximumHeight(84)
         self.output = QLineEdit(placeholderText="a folder; it is made if it is missing")
         self.output.textChanged.connect(self._enable)
         self.format = QComboBox()
@@ -71,7 +71,8 @@ class BatchDialog(QDialog):
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.table.horizontalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        self.table.horizontalHeader().setStretchLastSection(True)
+        self.table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.table.horizontalHeader().setMinimumSectionSize(70)
         self.table.setToolTip("Double-click a file that is done to open its result as a layer")
         self.table.cellDoubleClicked.connect(lambda row, _: self.opened.emit(row))
         self.progress = QProgressBar(maximum=1000, textVisible=False)
@@ -84,7 +85,7 @@ class BatchDialog(QDialog):
         self.running = False
         self.set_running(False)
         self.copy.setEnabled(False)
-        self.resize(900, 620)
+        self.resize(1000, 680)
 
     def _button(self, text: str, signal: Any) -> QPushButton:
         button = QPushButton(text, autoDefault=False)
@@ -206,8 +207,9 @@ class BatchDialog(QDialog):
             self.table.setItem(row, column, item)
         if failed:
             self.table.setSpan(row, 2, 1, self.table.columnCount() - 2)
-            # The first two columns may yet grow.
-            room = QRect(0, 0, self.table.viewport().width() - 260, 1000)
+            # Those columns may yet grow.
+            width = sum(self.table.columnWidth(column) for column in range(2, self.table.columnCount()))
+            room = QRect(0, 0, width - 8, 1000)
             words = self.fontMetrics().boundingRect(room, Qt.TextFlag.TextWordWrap, cells[2])
             self.table.setRowHeight(row, max(words.height() + 6, self.table.rowHeight(row)))
         self.table.scrollTo(self.table.model().index(row, 0))
