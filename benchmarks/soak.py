@@ -114,6 +114,7 @@ class Soak:
         self.expected: list[dict[Layer, tuple[State, bytes]]] = []
         self.counts: dict[str, int] = {}
         self.switches = {id: self.window.action(id).isChecked() for id in _SWITCHES}
+        self.filter, self.overlay = self.window.filters.filter, application.display.overlay
         #: Minutes, and megabytes then, resident and handed out by malloc, always with an empty history.
         self.memory: list[tuple[float, float, float]] = []
 
@@ -250,14 +251,19 @@ class Soak:
             self.remember()
 
     def look_at_memory(self, minutes: float) -> None:
-        """Note the memory while all is shown as at first: what is drawn takes some megabytes, by its size."""
+        """Note the memory while all is shown as at first: forms and what is drawn take some megabytes."""
         changed = [id for id, on in self.switches.items() if self.window.action(id).isChecked() != on]
         for id in changed:
             self.window.action(id).trigger()
+        filter, overlay = self.window.filters.filter, self.application.display.overlay
+        self.window.filters.choose(self.filter)
+        self.application.display.show_overlay(self.overlay)
         self.wait(0.1)
         self.wait()
         tidy()
         self.memory.append((minutes, resident(), handed_out()))
+        self.window.filters.choose(filter)
+        self.application.display.show_overlay(overlay)
         for id in changed:
             self.window.action(id).trigger()
 
