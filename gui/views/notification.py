@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QToolButton, QWidget
 
 #: What is longer has a button that unfolds it.
@@ -22,12 +22,11 @@ class Notification(QFrame):
         super().__init__(view)
         self._view = view
         view.installEventFilter(self)
-        self.label = QLabel(wordWrap=True)
+        self.label = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         #: Unfolds what is longer than the view has room for.
         self.more = QToolButton(autoRaise=True)
-        self.more.setCheckable(True)
-        self.more.toggled.connect(self._unfold)
+        self.more.clicked.connect(lambda: self._unfold(not self._whole))
         size = self.more.sizePolicy()
         size.setRetainSizeWhenHidden(True)  # the text has the same width with it and without
         self.more.setSizePolicy(size)
@@ -58,11 +57,9 @@ class Notification(QFrame):
             self.setStyleSheet(
                 f"Notification {{ background: {_LOOK[level]}; }} QLabel, QToolButton {{ color: white; }}"
             )
-        self.more.setChecked(level == "error")
-        self._place()
+        self._unfold(level == "error")
         self.show()
         self.raise_()
-        self._timer.stop()
         if _STAY[level]:
             self._timer.start(_STAY[level])
 
@@ -73,6 +70,7 @@ class Notification(QFrame):
         return False
 
     def _unfold(self, whole: bool) -> None:
+        self._whole = whole
         self.more.setText("▴" if whole else "▾")
         self.more.setToolTip("Show less" if whole else "Show all of it")
         self._timer.stop()  # whoever reads takes the time
@@ -80,7 +78,7 @@ class Notification(QFrame):
 
     def _place(self) -> None:
         width, lines = self._view.width(), _LINES * self.label.fontMetrics().lineSpacing()
-        self.label.setMaximumHeight(_ANY_HEIGHT if self.more.isChecked() else lines)
+        self.label.setMaximumHeight(_ANY_HEIGHT if self._whole else lines)
         self.setGeometry(0, 0, width, self._line.totalHeightForWidth(width))
         self._line.activate()
         self.more.setVisible(self.label.heightForWidth(self.label.width()) > lines)
