@@ -76,6 +76,7 @@ class FilterForm(QScrollArea):
         self.setWidget(page)
         share_palette(page)
         self._offer()
+        self._make_room()
 
     def _fill(self, column: QVBoxLayout, cls: type[Filter]) -> None:
         forms = {"": self._form()}
@@ -119,6 +120,13 @@ class FilterForm(QScrollArea):
         rows.setVisible(on)
         self.sections[group].setArrowType(Qt.ArrowType.DownArrow if on else Qt.ArrowType.RightArrow)
         (self._unfolded.add if on else self._unfolded.discard)(group)
+        self._make_room()
+
+    def _make_room(self) -> None:
+        # There is no horizontal scroll bar: what is narrower would cut the buttons at the end of the rows.
+        if (page := self.widget()) is not None:
+            bar = self.verticalScrollBar().sizeHint().width()
+            self.setMinimumWidth(page.minimumSizeHint().width() + bar)
 
     def _name_sections(self) -> None:
         """Tell on each section how many of its parameters are not the defaults: folded, they act as well."""

@@ -293,6 +293,18 @@ def test_constraints_and_stop_rules_are_folded_and_say_what_is_changed(user):
     assert panel.form.sections["constraints"].text() == "Constraints"
 
 
+@pytest.mark.parametrize("width", [700, 1600])
+def test_rows_of_forms_are_never_cut(user, width):
+    user.window.resize(width, 700)
+    form = user.window.filters.form
+    for cls in FILTERS:
+        user.choose(cls)
+        for section in form.sections.values():
+            section.setChecked(True)
+        user.wait()
+        assert form.widget().minimumSizeHint().width() <= form.viewport().width(), cls.__name__
+
+
 def test_reset_goes_back_to_the_default(user):
     user.choose(LaplacianSmoothing, iterations=33, scheme="taubin", max_deviation_fraction=0.01)
     panel = user.window.filters
