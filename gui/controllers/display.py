@@ -195,6 +195,8 @@ class Display(QObject):
                 values_before = None
             return one, subject, values, values_before
 
+        # Until they come, what is shown belongs to another mesh or overlay: nobody may go by it.
+        self.fields = (None, None)
         job = self._jobs.start("overlay", work)
         job.done.connect(self._computed)
         job.failed.connect(self._explain)
@@ -240,6 +242,8 @@ class Display(QObject):
             window.worst.show_field(after if one.kind != "amount" else None, one.title, one.classes)
             window.view.mark("lines", after.lines)
             self._colour()
+            if self._brush is not None and not window.histogram.locked:
+                self._select()  # it was set while the values were on their way
             if self._brush_when_shown is not None:
                 window.histogram.set_brush(self._brush_when_shown)
                 self._brush_when_shown = None
@@ -537,7 +541,7 @@ class Display(QObject):
     @Slot(object)
     def _go_to_face(self, face: int | None) -> None:
         subject = self.subject
-        if face is None or subject is None:
+        if face is None or subject is None or self.fields[0] is None:
             self._window.view.mark("worst", None)
             return
         corners = face_points(subject.state, face)

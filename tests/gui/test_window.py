@@ -530,6 +530,31 @@ def test_w_goes_to_the_next_worst_face_and_frames_it(user, ant):
         assert user.window.view._marks["worst"].data.GetNumberOfPolys() == 1
 
 
+def test_nobody_goes_by_the_values_of_another_mesh(user, ant, tmp_path):
+    from vtksmooth_gui.model.overlays import OVERLAYS
+
+    pv.Plane(i_resolution=3, j_resolution=3).triangulate().save(tmp_path / "plane.vtp")
+    user.drop(tmp_path / "plane.vtp")
+    small = user.document.active
+    user.drop(ant)
+    user.display.show_overlay(next(one for one in OVERLAYS if one.id == "mean-curvature"))
+    user.wait()
+    assert user.window.worst.rowCount() > small.state.n_faces
+    user.document.activate(small)
+    assert user.jobs.busy("overlay")
+    for _ in range(2):
+        user.window.action("previous_worst").trigger()  # the last in the list of the other mesh
+    for command in ("bad_faces", "bands", "bad_faces"):
+        user.window.action(command).trigger()
+    assert not user.window.view._marks["worst"].actor.GetVisibility()
+    user.window.histogram.set_brush((-1e9, 1e9))
+    user.wait()
+    assert user.window.worst.rowCount() == small.state.n_faces
+    assert len(user.display.selected) == small.state.n_faces
+    user.do("next_worst")
+    assert user.window.view._marks["worst"].data.GetNumberOfPolys() == 1
+
+
 def test_the_numbers_are_those_of_the_filters(user, ant):
     from PySide6.QtGui import QGuiApplication
 
