@@ -19,6 +19,7 @@ def _travel(points, ring_offsets, ring, sources, target, limit, distance, previo
     heap = [(0.0, sources[0])]
     for v in sources:
         distance[v] = 0.0
+    for v in sources[1:]:
         heapq.heappush(heap, (0.0, v))
     while len(heap) > 0:
         so_far, v = heapq.heappop(heap)
