@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -103,18 +104,19 @@ class Job(QObject):
     #: The thread has ended, after a cancel some time later than `stopped`.
     ended = Signal(object)
 
-    _part = Signal(object)
+    _sent = Signal()
     _ended = Signal(object, object)
 
     def __init__(self, work: Work) -> None:
         super().__init__()
         self.work = work
-        self.context = Context(self.tell, self._part.emit)
+        self.context = Context(self.tell, self.send)
         self._told: tuple[float, str] | None = None
+        self._parts: deque[Any] = deque()
         self.over = False
         #: When the work ended, seconds of time.perf_counter: for measurements.
         self.stopped_at = 0.0
-        self._part.connect(self._receive, Qt.ConnectionType.QueuedConnection)
+        self._sent.connect(self._receive, Qt.ConnectionType.QueuedConnection)
         self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
 
     def cancel(self) -> None:
@@ -128,16 +130,24 @@ class Job(QObject):
         """Tell the progress, from the worker's thread."""
         self._told = (fraction, what)
 
+    def send(self, part: Any) -> None:
+        """Send a part of the result, from the worker's thread."""
+        self._parts.append(part)
+        self._sent.emit()
+
     def show_progress(self) -> None:
-        """Hand on what has been told last."""
+        """Hand on what has been told last, after what was sent before it."""
         told, self._told = self._told, None
+        self._receive()
         if told is not None and not self.over:
             self.progressed.emit(*told)
 
-    @Slot(object)
-    def _receive(self, part: Any) -> None:
-        if not self.over:
-            self.sent.emit(part)
+    @Slot()
+    def _receive(self) -> None:
+        while self._parts:
+            part = self._parts.popleft()
+            if not self.over:
+                self.sent.emit(part)
 
     @Slot(object, object)
     def _end(self, result: Any, error: BaseException | None) -> None:

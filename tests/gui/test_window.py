@@ -165,6 +165,29 @@ def test_progress_that_is_told_faster_than_it_is_shown_holds_up_nothing(qtbot):
     qtbot.waitUntil(lambda: jobs.idle)
 
 
+def test_progress_never_comes_before_what_was_sent_before_it(qtbot):
+    from vtksmooth_gui.controllers.jobs import Jobs
+
+    jobs, told, shown, seen = Jobs(), threading.Event(), threading.Event(), []
+
+    def work(context):
+        context.send("part")
+        context.tell(0.5, "")
+        told.set()
+        assert shown.wait(60)
+
+    job = jobs.start("work", work)
+    job.sent.connect(seen.append)
+    job.progressed.connect(lambda *_: seen.append("progress"))
+    assert told.wait(60)
+    job.show_progress()  # the timer's turn, before that of the events that wait
+    assert seen == ["part", "progress"]
+    with qtbot.waitSignal(job.done, timeout=60_000):
+        shown.set()
+    assert seen == ["part", "progress"]
+    qtbot.waitUntil(lambda: jobs.idle)
+
+
 def test_cancel_stops_a_run_and_leaves_the_mesh(user, big):
     user.drop(big)
     before, state = points(user.mesh).copy(), user.document.active.state
