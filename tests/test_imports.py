@@ -18,7 +18,7 @@ ROOT = PACKAGE.parent
 #: What a layer may import besides the standard library and the layers below it.
 FOREIGN = [
     set(),
-    {"numpy", "llvmlite", "numba", "scipy"},
+    {"filelock", "numpy", "llvmlite", "numba", "scipy"},
     {"numpy", "vtkmodules"},
     {"numpy", "vtkmodules", "paraview"},
     {"numpy", "vtkmodules", "pyvista"},

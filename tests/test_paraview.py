@@ -157,7 +157,7 @@ def packages(tmp_path_factory):
     if done.stdout.split() != [str(number) for number in sys.version_info[:2]]:
         missing(f"ParaView runs Python {'.'.join(done.stdout.split())}, which needs another numba")
     folder = tmp_path_factory.mktemp("packages")
-    for package in ("numba", "llvmlite"):
+    for package in ("numba", "llvmlite", "filelock"):
         (folder / package).symlink_to(Path(numba.__file__).parents[1] / package)
     metadata = folder / "vtksmooth-0.dist-info"
     metadata.mkdir()

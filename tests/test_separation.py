@@ -33,7 +33,7 @@ def separated(tree, normals, points, triangles, tolerance):
         stack[0] = 0
         near[t], more = faces_near(tree, box, tolerance, stack, 1, found)
         if more == 0:
-            count[t] = separate(points, p, q, r, tree, normals, found, 0, near[t], tolerance, planes[t])
+            count[t] = separate(points, p, q, r, tree, normals, found, 0, near[t], tolerance, planes, t)
     return count, near, planes
 
 

@@ -16,13 +16,7 @@ from typing import Any
 import pyvista as pv
 from pyvista.core.utilities.observers import ProgressMonitor
 
-from .filters import FILTERS, Filter
-
-#: What the meshes are that methods take besides their own.
-_MESHES = {
-    "original": "The mesh from before, with the same points and faces.",
-    "installation": "The installation space, its normals outwards.",
-}
+from .filters import FILTERS, INPUTS, Filter
 
 #: An example for each method; they follow on ``import pyvista as pv``.
 _EXAMPLES = {
@@ -174,7 +168,7 @@ def _documentation(cls: type[Filter]) -> str:
     """Return the method's documentation: the filter's, with the method's own parameters and example."""
     text, *parts = re.split(r"\n\n(\w+)\n-+\n", inspect.cleandoc(cls.__doc__ or ""))
     sections = dict(zip(parts[::2], parts[1::2], strict=True))
-    parameters = [f"{name} : pyvista.PolyData\n    {_MESHES[name]}" for name in cls.inputs[1:]]
+    parameters = [f"{name} : pyvista.PolyData\n    {INPUTS[name].description}" for name in cls.inputs[1:]]
     parameters += [sections["Parameters"]] if "Parameters" in sections else []
     returned = "The result; figures are in its field data."
     for output in cls.outputs[1:]:

@@ -164,9 +164,12 @@ def _role(text: str) -> tuple[str, Path]:
 
 def _add_files(parser: _Parser, cls: type[Filter]) -> None:
     """Add the files a filter reads and writes."""
+    from .filters import INPUTS
+
     for name in cls.arguments or cls.inputs:
         parser.add_argument(
-            name, type=Path, help="file to read" if len(cls.inputs) == 1 else f"file of the {name}",
+            name, type=Path,
+            help="file to read" if len(cls.inputs) == 1 else f"file of the {INPUTS[name].title}",
             metavar="IN" if name == "mesh" and not cls.measures else name.upper(),
         )  # fmt: skip
     if not cls.measures:

@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, Slot
 
-from vtksmooth.filters import Filter
+from vtksmooth.filters import INPUTS, Filter
 from vtksmooth.filters.arrays import point_array_names
 from vtksmooth.pages.page import said
 
@@ -17,7 +17,7 @@ from ..model.document import Document
 from ..model.layer import Layer
 from ..model.state import State
 from ..settings import Settings
-from ..views.filter_form import input_title, title
+from ..views.filter_form import title
 from ..views.main_window import MainWindow
 from ..views.recipe_list import parameters
 from .files import explain
@@ -139,7 +139,7 @@ class Filtering(QObject):
             state = target.state if isinstance(target, Layer) else target
             if state is None:
                 self._window.notification.say(
-                    f"{title(panel.filter)} needs a second mesh, the {input_title(name)}: "
+                    f"{title(panel.filter)} needs a second mesh, the {INPUTS[name].title}: "
                     "open it as a layer.",
                     "warning",
                 )

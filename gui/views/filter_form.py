@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vtksmooth.filters import Filter
+from vtksmooth.filters import INPUTS, Filter
 
 from .parameter_row import ParameterRow
 from .theme import share_palette
@@ -27,11 +27,6 @@ from .theme import share_palette
 def title(cls: type[Filter]) -> str:
     """Return a filter's name in words: TrapeziumDrawing becomes Trapezium Drawing."""
     return re.sub(r"(?<!^)(?=[A-Z])", " ", cls.__name__)
-
-
-def input_title(name: str) -> str:
-    """Return what an input is, in words."""
-    return "installation space" if name == "installation" else name.replace("_", " ")
 
 
 class FilterForm(QScrollArea):
@@ -85,9 +80,9 @@ class FilterForm(QScrollArea):
             box = QComboBox()
             box.setMinimumContentsLength(8)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-            box.setToolTip(f"The mesh that the filter takes as its {input_title(name)}")
+            box.setToolTip(INPUTS[name].description)
             self.inputs[name] = box
-            forms[""].addRow(self._label(input_title(name).capitalize(), box.toolTip()), box)
+            forms[""].addRow(self._label(INPUTS[name].title.capitalize(), box.toolTip()), box)
             box.activated.connect(partial(self._chosen, name))
         for name, parameter in cls.parameters().items():
             row = ParameterRow(parameter, self._names)

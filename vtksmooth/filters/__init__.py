@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .angle_based_smoothing import AngleBasedSmoothing
 from .back_to_surface_smoothing import BackToSurfaceSmoothing
-from .base import Filter
+from .base import INPUTS, Filter
 from .containment_check import ContainmentCheck
 from .equilateral_smoothing import EquilateralSmoothing
 from .feature_detection import FeatureDetection
@@ -40,6 +40,7 @@ FILTERS: tuple[type[Filter], ...] = (
 
 __all__ = [
     "FILTERS",
+    "INPUTS",
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "ContainmentCheck",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,22 @@ from .parameter import Parameter, add_vtk_access, documentation, parameters_of
 _PROGRESS_INTERVAL = 0.02
 
 
+class Input(NamedTuple):
+    """What an input is: in two words at most, and in a sentence."""
+
+    title: str
+    description: str
+
+
+#: The inputs that filters have, by their names.
+INPUTS = {
+    "mesh": Input("mesh", "The mesh."),
+    "result": Input("result", "The mesh as it is now."),
+    "original": Input("original", "The mesh from before, with the same points and faces."),
+    "installation": Input("installation space", "The installation space, its normals outwards."),
+}
+
+
 class Filter(VTKPythonAlgorithmBase):
     """A VTK filter on polydata, and on composite datasets of polydata.
 
@@ -35,7 +51,7 @@ class Filter(VTKPythonAlgorithmBase):
 
     #: Name on the command line and in reports.
     command: ClassVar[str] = ""
-    #: Names of the inputs.
+    #: Names of the inputs, of :data:`INPUTS`.
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
     #: Names of the outputs.
     outputs: ClassVar[tuple[str, ...]] = ("mesh",)

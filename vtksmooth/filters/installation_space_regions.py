@@ -93,7 +93,7 @@ def classify(
     """
     used = used_points(mesh)
     fixed = np.zeros(mesh.n_points, np.uint8)
-    fixed[used] = near = space.touching(mesh.points[used], contact)
+    fixed[used] = near = np.isfinite(space(mesh.points[used], contact))
     weights = blend_weights(mesh, fixed, rings)
     return (
         fixed,

@@ -524,12 +524,6 @@ def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -
 
 
 @kernel
-def _invert(order, rank):  # type: ignore[no-untyped-def]
-    for i in range(order.size):
-        rank[order[i]] = i
-
-
-@kernel
 def _sort_faces(offsets, connectivity, rank, smallest, count, faces):  # type: ignore[no-untyped-def]
     m = offsets.size - 1
     for f in range(m):
@@ -564,7 +558,7 @@ def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
     """
     n = mesh.n_points
     rank = np.empty(n, np.int32)
-    _invert(order, rank)
+    rank[order] = np.arange(n, dtype=np.int32)
     faces, smallest = np.empty(mesh.n_faces, np.int32), np.empty(mesh.n_faces, np.int32)
     _sort_faces(mesh.offsets, mesh.connectivity, rank, smallest, np.zeros(n + 2, np.int32), faces)
     del smallest

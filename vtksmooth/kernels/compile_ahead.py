@@ -2,13 +2,14 @@
 
 One process compiles on one processor only. Which kernels each filter needs, in which order and with arguments
 of which types, stands in ``signatures.json`` beside this file; ``python -m vtksmooth.signatures`` makes it.
-Machine code changes hands by the cache on disk. What is not in the list is compiled when it is called, as
-ever.
+Machine code changes hands by the cache on disk; what a helper is about to compile is waited for. What is not
+in the list is compiled when it is called, as ever.
 """
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import inspect
 import json
@@ -25,6 +26,7 @@ from numba import types
 from numba.core.dispatcher import Dispatcher
 
 from . import parallel
+from .caching import BusyError, KernelCache
 from .compiled import is_cached, on_compile
 
 _log = logging.getLogger("vtksmooth")
@@ -74,11 +76,13 @@ def understood(text: str) -> tuple[types.Type, ...]:
 def noted() -> Iterator[list[list[str]]]:
     """While this context is open, note the kernels that are used for the first time in this process.
 
-    As they are listed: module, name, types of arguments. Kernels that are part of others are not noted.
+    As they are listed: module, name, types of arguments. Kernels that are part of others are not noted, and
+    none is compiled before it is used.
     """
     found: list[list[str]] = []
     depth = 0
     original: Any = Dispatcher.compile
+    another: Any = compiling_ahead._compile_another
 
     def compile_and_note(self: Any, arguments: Sequence[types.Type]) -> Any:
         nonlocal depth
@@ -93,10 +97,12 @@ def noted() -> Iterator[list[list[str]]]:
             depth -= 1
 
     Dispatcher.compile = compile_and_note  # type: ignore[assignment, method-assign]
+    compiling_ahead._compile_another = lambda self: False  # type: ignore[method-assign]
     try:
         yield found
     finally:
         Dispatcher.compile = original  # type: ignore[method-assign]
+        compiling_ahead._compile_another = another  # type: ignore[method-assign]
 
 
 def _parts_of(function: Any) -> dict[Any, int]:
@@ -132,16 +138,23 @@ def order(functions: Sequence[Any], part: int) -> list[int]:
     return [*sorted(first), *(n for n in reversed(range(len(parts))) if n not in first)]
 
 
+def _listed(name: str) -> list[tuple[Any, tuple[types.Type, ...]]]:
+    """Return the kernels that the filter `name` needs (all there are for ''), and the types of arguments."""
+    listed = json.loads(PATH.read_text(encoding="utf-8"))
+    numbers = listed["filters"].get(name, []) if name else range(len(listed["kernels"]))
+    kernels = [listed["kernels"][number] for number in numbers]
+    return [
+        (getattr(importlib.import_module(module), kernel), understood(a)) for module, kernel, a in kernels
+    ]
+
+
 def compile_for(name: str, part: int = 0) -> None:
     """Compile what the filter `name` needs (all there is for ''), as helper number `part`."""
-    listed = json.loads(PATH.read_text(encoding="utf-8"))
-    kernels = []
-    for number in listed["filters"].get(name, []) if name else range(len(listed["kernels"])):
-        module, kernel, arguments = listed["kernels"][number]
-        kernels.append((getattr(importlib.import_module(module), kernel), understood(arguments)))
+    kernels = _listed(name)
     for number in order([kernel.py_func for kernel, _ in kernels], part):
         kernel, arguments = kernels[number]
-        kernel.compile(arguments)
+        with contextlib.suppress(BusyError):
+            kernel.compile(arguments)
 
 
 class compiling_ahead:  # noqa: N801 (used like a function)
@@ -158,6 +171,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
     def __init__(self, name: str) -> None:
         self._name = name
         self._began = False
+        self._left: list[tuple[Any, tuple[types.Type, ...]]] | None = None
         self._listening = on_compile(self._begin, silently=True)
 
     def _begin(self, kernel: str) -> None:
@@ -182,10 +196,29 @@ class compiling_ahead:  # noqa: N801 (used like a function)
                 return
             self._helpers.append(helper)
 
+    def _compile_another(self) -> bool:
+        """Compile the last of the kernels that nobody has yet, and return whether there was one."""
+        if self._left is None:
+            self._left = _listed(self._name)
+        KernelCache.waits = False
+        try:
+            while self._left:
+                kernel, arguments = self._left.pop()
+                if arguments not in kernel.overloads:
+                    with contextlib.suppress(BusyError):
+                        kernel.compile(arguments)
+                        return True
+        finally:
+            KernelCache.waits = True
+        return False
+
     def __enter__(self) -> None:
         self._listening.__enter__()
+        self._before = KernelCache.meanwhile
+        KernelCache.meanwhile = self._compile_another
 
     def __exit__(self, *exc: object) -> None:
+        KernelCache.meanwhile = self._before
         self._listening.__exit__(*exc)
         while self._began and self._helpers:
             helper = self._helpers.pop()
@@ -196,5 +229,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
 if __name__ == "__main__":
     # Whoever began tells the user what goes on.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    gc.disable()  # it ends soon
+    KernelCache.waits = False  # there is enough else to do
     with on_compile(lambda kernel: None):
         compile_for(sys.argv[1], int(sys.argv[2]))

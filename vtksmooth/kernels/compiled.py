@@ -19,6 +19,7 @@ from typing import Any
 import numba
 from numba.core import event
 
+from .caching import KernelCache
 from .compilation import Passes, compiling_kernels, for_any_number
 
 _log = logging.getLogger("vtksmooth")
@@ -113,7 +114,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)  # read by numba while it decorates
     try:
-        return numba.njit(cache=True, **_OPTIONS)(function)
+        dispatcher: Any = numba.njit(**_OPTIONS)(function)
+        dispatcher._cache = KernelCache(function)
+        return dispatcher
     finally:
         numba.config.CACHE_DIR = before
 

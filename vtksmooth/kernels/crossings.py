@@ -27,6 +27,15 @@ def scratch():  # type: ignore[no-untyped-def]
     return np.empty(STACK, np.int32), np.empty(FACES, np.int32), np.empty((2, 3))
 
 
+@allocating
+def longer(values, count):  # type: ignore[no-untyped-def]
+    """Return an array twice as long that begins with the first `count` of the `values`."""
+    twice = np.empty(2 * values.size, np.int32)
+    for i in range(count):  # a slice would be compiled for some seconds
+        twice[i] = values[i]
+    return twice
+
+
 @device
 def no_box(box):  # type: ignore[no-untyped-def]
     """Make the box (2, 3), low and high corner, that of nothing."""
@@ -136,10 +145,10 @@ def faces_near(tree, box, margin, stack, top, found):  # type: ignore[no-untyped
 
 
 @device
-def _covering_radius(points, p, q, r):  # type: ignore[no-untyped-def]
-    # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3): where it is
-    # acute that is the greatest circumradius for this side; elsewhere its height cuts it into two right
-    # triangles, whose points are within half a side of a corner.
+def covering_radius(points, p, q, r):  # type: ignore[no-untyped-def]
+    """Return what no point of the triangle (p, q, r) is farther away from the nearest corner."""
+    # Its longest side / sqrt(3): where it is acute that is the greatest circumradius for this side; elsewhere
+    # its height cuts it into two right triangles, whose points are within half a side of a corner.
     longest = 0.0
     for side in range(3):
         a = p if side == 0 else (q if side == 1 else r)
@@ -294,15 +303,15 @@ def crosses(points, p, q, r, tree, tolerance, room):  # type: ignore[no-untyped-
 
 
 @device
-def crosses_found(points, p, q, r, tree, normals, tolerance, found, count):  # type: ignore[no-untyped-def]
-    """Do what :func:`crosses` does, for faces that have been found already; `normals` are theirs."""
+def crosses_found(points, p, q, r, tree, normals, tolerance, found, first, last):  # type: ignore[no-untyped-def]
+    """Do what :func:`crosses` does for the faces ``found[first:last]``, with their `normals`."""
     normal = face_normal(points, p, q, r)
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return False
     above = False
     below = False
     most = LIFT * tolerance
-    for c in range(count):
+    for c in range(first, last):
         f = found[c]
         o = tree[1][f, 0]
         face = (normals[f, 0], normals[f, 1], normals[f, 2])
@@ -329,7 +338,7 @@ def _find(starts, ends, points, triangles, distances, tree, tolerance, result): 
             deepest = max(distances[p], max(distances[q], distances[r]))
             result[f] = False
             # A signed distance grows by no more than the way gone (1-Lipschitz).
-            if deepest + _covering_radius(points, p, q, r) > tolerance:
+            if deepest + covering_radius(points, p, q, r) > tolerance:
                 result[f] = crosses(points, p, q, r, tree, tolerance, room)
 
 

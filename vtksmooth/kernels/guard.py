@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .compiled import allocating, device
-from .crossings import LIFT, crosses, crosses_found
+from .compiled import allocating, device, routine
+from .crossings import LIFT, covering_radius, crosses, crosses_found
 from .mesh import Mesh
 from .separation import BEFORE, CROWDED, FREE, PLANES, Separation, above, no_triangles, separate
 from .signed_distance import SignedDistanceTree, signed_distance
@@ -55,46 +55,47 @@ class Guard(NamedTuple):
 
 
 @device
-def bound_at(guard, v, x, y, z):  # type: ignore[no-untyped-def]
+def bound_at(known, v, x, y, z):  # type: ignore[no-untyped-def]
     """Return what the signed distance of vertex v at (x, y, z) is at most, by what is known of it.
 
     A signed distance changes by no more than the way travelled.
     """
-    dx = x - guard.known[v, 0]
-    dy = y - guard.known[v, 1]
-    dz = z - guard.known[v, 2]
-    return guard.known[v, 3] + np.sqrt(dx * dx + dy * dy + dz * dz)
+    dx = x - known[v, 0]
+    dy = y - known[v, 1]
+    dz = z - known[v, 2]
+    return known[v, 3] + np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @device
-def learn(guard, v, x, y, z, distance):  # type: ignore[no-untyped-def]
+def learn(known, v, x, y, z, distance):  # type: ignore[no-untyped-def]
     """Keep the signed distance of vertex v at (x, y, z)."""
-    guard.known[v, 0] = x
-    guard.known[v, 1] = y
-    guard.known[v, 2] = z
-    guard.known[v, 3] = distance
+    known[v, 0] = x
+    known[v, 1] = y
+    known[v, 2] = z
+    known[v, 3] = distance
 
 
-@device
+@routine
 def room_at(guard, v, x, y, z, stack):  # type: ignore[no-untyped-def]
     """Return how far vertex v may go from (x, y, z), and how many queries that took.
 
     Less than nothing if it may not even be there.
     """
+    known, tree, normals = guard.known, guard.tree, guard.normals
     limit = guard.limit[v]
-    bound = bound_at(guard, v, x, y, z)
+    bound = bound_at(known, v, x, y, z)
     if bound <= limit:
         return limit - bound, 0
-    room, distance = room_in_vicinity(guard.vicinities, guard.tree, guard.normals, v, x, y, z, limit)
+    room, distance = room_in_vicinity(guard.vicinities, tree, normals, v, x, y, z, limit)
     asked = 0
     if np.isnan(room):
         # |d| changes by no more than the way either: the surface is no farther than that.
-        most = bound - guard.known[v, 3] + abs(guard.known[v, 3])
-        distance = signed_distance(guard.tree, guard.normals, x, y, z, most, stack)
+        most = bound - known[v, 3] + abs(known[v, 3])
+        distance = signed_distance(tree, normals, x, y, z, most, stack)
         asked = 1
         room = limit - distance
     if distance <= limit:
-        learn(guard, v, x, y, z, distance)
+        learn(known, v, x, y, z, distance)
     return room, asked
 
 
@@ -104,41 +105,33 @@ def may_go(guard, v, x, y, z, step, stack):  # type: ignore[no-untyped-def]
 
     The slack is then that of the new place: whoever leaves the vertex where it was puts the old one back.
     """
-    if step <= guard.slack[v]:
-        guard.slack[v] -= step
+    slack = guard.slack
+    if step <= slack[v]:
+        slack[v] -= step
         return True, 0
     room, asked = room_at(guard, v, x, y, z, stack)
     if room >= 0.0:
-        guard.slack[v] = room
+        slack[v] = room
     return room >= 0.0, asked
 
 
 @device
-def _left(guard, points, v):  # type: ignore[no-untyped-def]
+def _left(kept, points, v):  # type: ignore[no-untyped-def]
     """Return how far v may go until it is lost; less than nothing if it is."""
     square = 0.0
     for axis in range(3):
-        square += (points[v, axis] - guard.separation.anchor[v, axis]) ** 2
-    return guard.separation.reach[v] - np.sqrt(square)
+        square += (points[v, axis] - kept.anchor[v, axis]) ** 2
+    return kept.reach[v] - np.sqrt(square)
 
 
 @device
-def triangle_crosses(guard, points, p, q, r, room):  # type: ignore[no-untyped-def]
-    """Return whether the triangle (p, q, r) crosses, by the tree; not for those that are certainly inside."""
+def _certainly_inside(known, points, p, q, r, tolerance):  # type: ignore[no-untyped-def]
+    """Whether the triangle (p, q, r) is, by what is known of its corners."""
     highest = -np.inf
-    longest = 0.0
     for side in range(3):
         a = p if side == 0 else (q if side == 1 else r)
-        b = q if side == 0 else (r if side == 1 else p)
-        highest = max(highest, bound_at(guard, a, points[a, 0], points[a, 1], points[a, 2]))
-        dx = points[a, 0] - points[b, 0]
-        dy = points[a, 1] - points[b, 1]
-        dz = points[a, 2] - points[b, 2]
-        longest = max(longest, dx * dx + dy * dy + dz * dz)
-    # No point of a triangle is farther from the nearest corner than its longest side / sqrt(3).
-    if highest + np.sqrt(longest / 3.0) <= guard.tolerance:
-        return False
-    return crosses(points, p, q, r, guard.tree, guard.tolerance, room)
+        highest = max(highest, bound_at(known, a, points[a, 0], points[a, 1], points[a, 2]))
+    return highest + covering_radius(points, p, q, r) <= tolerance
 
 
 @device
@@ -146,11 +139,9 @@ def _highest(planes, row, held, points, v, used):  # type: ignore[no-untyped-def
     """Return the height of v over the highest of the planes; 0 if there are none, -inf if v is not `used`."""
     if not used:
         return -np.inf
-    if held == 0:
-        return 0.0
-    highest = -np.inf
+    highest = -np.inf if held > 0 else 0.0
     for s in range(held):
-        highest = max(highest, above(planes[row, s], points, v))
+        highest = max(highest, above(planes, row, s, points, v))
     return highest
 
 
@@ -162,99 +153,107 @@ def pending(guard):  # type: ignore[no-untyped-def]
 
 
 @device
-def stars_may_go(guard, points, i, j, room, new):  # type: ignore[no-untyped-def]
-    """Return whether vertices i and j may be where they are now in `points`; -1 stands for no vertex.
+def _test(  # type: ignore[no-untyped-def]
+    points, p, q, r, far, known, tree, normals, faces, first, last, tolerance, room, planes, row
+):
+    """Return whether the triangle (p, q, r) crosses, and how many planes keep it from ``faces[first:last]``.
 
-    They may if they are inside and no triangle round them crosses. `room` is
-    :func:`~vtksmooth.kernels.crossings.scratch`. Returns too how many triangles were put into `new`
-    (:func:`pending`), those whose planes are others now or that have none, and how many distances were asked
-    for; :func:`settle` makes that known, if the vertices go. The slack is then that of the new places:
-    whoever leaves the vertices where they were puts the old one back.
+    They go to ``planes[row]``. There are none if other faces may be near, for a corner is `far`.
     """
+    if far:
+        if _certainly_inside(known, points, p, q, r, tolerance):
+            return False, 0
+        return crosses(points, p, q, r, tree, tolerance, room), 0
+    held = separate(points, p, q, r, tree, normals, faces, first, last, tolerance, planes, row)
+    return held == 0 and crosses_found(points, p, q, r, tree, normals, tolerance, faces, first, last), held
+
+
+@device
+def stars_may_go(guard, points, i, j, room, new):  # type: ignore[no-untyped-def]
+    """Return whether no triangle round i and j crosses as they are in `points`; -1 stands for no vertex.
+
+    The vertices must have been allowed to be there by :func:`may_go`. `room` is
+    :func:`~vtksmooth.kernels.crossings.scratch`. Returns too how many triangles were put into `new`
+    (:func:`pending`), those whose planes are others now or that have none; :func:`settle` makes that
+    known, if the vertices go. The slack is then that of the new places: whoever leaves the vertices where
+    they were puts the old one back.
+    """
+    # Each use of a tuple of arrays takes the compiler as long as one of each of its arrays.
     kept = guard.separation
-    asked = 0
-    count = 0
-    for end in range(2):
-        v = i if end == 0 else j
-        if v >= 0:
-            free, queries = room_at(guard, v, points[v, 0], points[v, 1], points[v, 2], room[0])
-            asked += queries
-            if not free >= 0.0:
-                return False, count, asked
-            guard.slack[v] = free
-    left_i = _left(guard, points, i) if i >= 0 else np.inf
-    left_j = _left(guard, points, j) if j >= 0 else np.inf
+    known, slack, tolerance = guard.known, guard.slack, guard.tolerance
+    tree, normals, faces, first, last = guard.tree, guard.normals, kept.faces, kept.first, kept.last
+    offsets, corners, triangles, row = kept.corner_offsets, kept.corners, kept.triangles, kept.row
+    lost, held, planes = kept.lost, kept.held, kept.planes
+    other, other_held, other_planes = new
+    left_i = _left(kept, points, i) if i >= 0 else np.inf
+    left_j = _left(kept, points, j) if j >= 0 else np.inf
     free_i = left_i
     free_j = left_j
+    count = 0
     for end in range(2):
         v = i if end == 0 else j
         if v < 0:
             continue
-        for c in range(kept.corner_offsets[v], kept.corner_offsets[v + 1]):
-            t = kept.corners[c] // 3
-            p = kept.triangles[t, 0]
-            q = kept.triangles[t, 1]
-            r = kept.triangles[t, 2]
+        for c in range(offsets[v], offsets[v + 1]):
+            t = corners[c] // 3
+            p = triangles[t, 0]
+            q = triangles[t, 1]
+            r = triangles[t, 2]
             has_i = p == i or q == i or r == i
             has_j = p == j or q == j or r == j
             if end == 1 and has_i:
                 continue
-            row = kept.row[t]
-            lost = row == CROWDED
+            at = int(row[t])
+            far = at == CROWDED
             for corner in range(3):
-                k = kept.triangles[t, corner]
-                lost = lost or (left_i < 0.0 if k == i else (left_j < 0.0 if k == j else kept.lost[k] != 0))
-            if row == FREE and not lost:
+                k = triangles[t, corner]
+                far = far or (left_i < 0.0 if k == i else (left_j < 0.0 if k == j else lost[k] != 0))
+            if at == FREE and not far:
                 continue
-            top_i = 0.0
-            top_j = 0.0
-            known = False
-            if not lost and kept.held[row] > 0:
-                top_i = _highest(kept.planes, row, kept.held[row], points, i, has_i)
-                top_j = _highest(kept.planes, row, kept.held[row], points, j, has_j)
-                known = max(top_i, top_j) <= BEFORE * LIFT * guard.tolerance
-            if not known:
-                planes = 0
-                if lost:
-                    crossing = triangle_crosses(guard, points, p, q, r, room)
-                else:
-                    first = kept.first[row]
-                    last = kept.last[row]
-                    planes = separate(
-                        points, p, q, r, guard.tree, guard.normals, kept.faces, first, last, guard.tolerance,
-                        new[2][count],
+            # It is behind the planes it has, or it is tested and may get others.
+            those = planes
+            size = 0 if far else held[at]
+            tested = size == 0
+            while True:
+                if tested:
+                    begin = 0 if far else first[at]
+                    end_ = 0 if far else last[at]
+                    crossing, size = _test(
+                        points, p, q, r, far, known, tree, normals, faces, begin, end_, tolerance, room,
+                        other_planes, count,
                     )  # fmt: skip
-                    crossing = planes == 0 and crosses_found(
-                        points, p, q, r, guard.tree, guard.normals, guard.tolerance,
-                        kept.faces[first:last], last - first,
-                    )  # fmt: skip
-                if crossing:
-                    return False, count, asked
-                top_i = _highest(new[2], count, planes, points, i, has_i)
-                top_j = _highest(new[2], count, planes, points, j, has_j)
-                new[0][count] = t
-                new[1][count] = planes
-                count += 1
+                    if crossing:
+                        return False, count
+                    those = other_planes
+                    at = count
+                    other[count] = t
+                    other_held[count] = size
+                    count += 1
+                top_i = _highest(those, at, size, points, i, has_i)
+                top_j = _highest(those, at, size, points, j, has_j)
+                if tested or max(top_i, top_j) <= BEFORE * LIFT * tolerance:
+                    break
+                tested = True
             free_i = min(free_i, -top_i)
             free_j = min(free_j, -top_j)
     if i >= 0:
-        guard.slack[i] = max(0.0, min(guard.slack[i], free_i))
+        slack[i] = max(0.0, min(slack[i], free_i))
     if j >= 0:
-        guard.slack[j] = max(0.0, min(guard.slack[j], free_j))
-    return True, count, asked
+        slack[j] = max(0.0, min(slack[j], free_j))
+    return True, count
 
 
 @device
-def settle(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
+def settle(kept, points, i, j, new, count):  # type: ignore[no-untyped-def]
     """Keep what :func:`stars_may_go` has found, now that i and j go; but not how far vertices may go.
 
     What it writes belongs to triangles round i and j: others may do the same for theirs at the same time.
+    `kept` is the guard's separation.
     """
-    kept = guard.separation
     for end in range(2):
         v = i if end == 0 else j
         if v >= 0:
-            kept.lost[v] = _left(guard, points, v) < 0.0
+            kept.lost[v] = _left(kept, points, v) < 0.0
     for c in range(count):
         row = kept.row[new[0][c]]
         if row >= 0:
@@ -265,14 +264,14 @@ def settle(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
 
 
 @device
-def spread(guard, points, i, j, new, count):  # type: ignore[no-untyped-def]
+def spread(triangles, slack, points, i, j, new, count):  # type: ignore[no-untyped-def]
     """Find how far the other corners of the triangles in `new` may go, after :func:`settle`."""
     for c in range(count):
         for corner in range(3):
-            k = guard.separation.triangles[new[0][c], corner]
+            k = triangles[new[0][c], corner]
             other = k != i and k != j
             highest = _highest(new[2], c, new[1][c], points, k, other)
-            guard.slack[k] = min(guard.slack[k], max(0.0, -highest))
+            slack[k] = min(slack[k], max(0.0, -highest))
 
 
 def guard_of(

@@ -32,7 +32,7 @@ _VANISHED = 1e-20
 
 
 @device
-def _direct(points, near, v, flow, flow_weight, first, row, weight):  # type: ignore[no-untyped-def]
+def _direct(points, near, v, flow, flow_weight, first, last, neighbours, weights):  # type: ignore[no-untyped-def]
     # w_ij (1 + mu cos^2 theta), theta between the flow and the edge in the tangent plane at v.
     largest = max(abs(flow[v, 0]), max(abs(flow[v, 1]), abs(flow[v, 2])))
     nx, ny, nz = ring_normal(points, near, v)
@@ -51,8 +51,8 @@ def _direct(points, near, v, flow, flow_weight, first, row, weight):  # type: ig
     ff = fx * fx + fy * fy + fz * fz
     if ff <= _VANISHED * whole:
         return
-    for r in range(row.size):
-        w = row[r]
+    for r in range(first, last):
+        w = neighbours[r]
         ex = points[w, 0] - points[v, 0]
         ey = points[w, 1] - points[v, 1]
         ez = points[w, 2] - points[v, 2]
@@ -64,7 +64,7 @@ def _direct(points, near, v, flow, flow_weight, first, row, weight):  # type: ig
         ee = ex * ex + ey * ey + ez * ez
         if ee > _VANISHED * whole:
             along = ex * fx + ey * fy + ez * fz
-            weight[first + r] *= 1.0 + flow_weight * (along * along / (ee * ff))
+            weights[r] *= 1.0 + flow_weight * (along * along / (ee * ff))
 
 
 @kernel
@@ -74,28 +74,28 @@ def _weights(  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             first = offsets[v]
-            row = neighbours[first : offsets[v + 1]]
+            last = offsets[v + 1]
             if kind == 2:
-                cotangent_weights(points, near, v, weights[first : offsets[v + 1]])
-            for r in range(row.size):
-                w = row[r]
+                cotangent_weights(points, near, v, weights, first)
+            for r in range(first, last):
+                w = neighbours[r]
                 if kind == 0:
-                    weights[first + r] = 1.0
+                    weights[r] = 1.0
                 elif kind == 1:
                     ex = points[w, 0] - points[v, 0]
                     ey = points[w, 1] - points[v, 1]
                     ez = points[w, 2] - points[v, 2]
                     length = np.sqrt(ex * ex + ey * ey + ez * ez)
-                    weights[first + r] = 1.0 / length if length > 0.0 else 0.0
+                    weights[r] = 1.0 / length if length > 0.0 else 0.0
                 else:
-                    weights[first + r] = max(0.0, weights[first + r])
+                    weights[r] = max(0.0, weights[r])
             if flow.size > 0:
-                _direct(points, near, v, flow, flow_weight, first, row, weights)
+                _direct(points, near, v, flow, flow_weight, first, last, neighbours, weights)
             total = 0.0
-            for r in range(row.size):
-                total += weights[first + r]
-            for r in range(row.size):
-                weights[first + r] = weights[first + r] / total if total > 0.0 else 0.0
+            for r in range(first, last):
+                total += weights[r]
+            for r in range(first, last):
+                weights[r] = weights[r] / total if total > 0.0 else 0.0
 
 
 @kernel
@@ -174,6 +174,10 @@ class Weights:
         """Return the weights where the points are now, aligned with :meth:`rows`."""
         offsets, neighbours = self.rows(near)
         weights = np.empty(len(neighbours)) if out is None else out
+        if self.constant:
+            size = np.diff(offsets)
+            weights[:] = np.repeat(1.0 / np.maximum(size, 1), size)
+            return weights
         flow = self.flow if self.flow is not None and self.directional else np.empty((0, 3))
         parallel.run(
             _weights, *parallel.ranges(len(points)),

@@ -217,8 +217,8 @@ class _Run:
             constraint.follow(self.constraints[:number])
         self.fixed = None if fixed is None else self._for_each_point("fixed", fixed)
         self.find_features = find_features
-        self.in_place = any(constraint.in_place for constraint in self.constraints)
         self.on_edges = isinstance(scheme, EdgeScheme)
+        self.in_place = not self.on_edges and any(constraint.in_place for constraint in self.constraints)
         if self.on_edges:
             for constraint in self.constraints:
                 if not constraint.on_edges:

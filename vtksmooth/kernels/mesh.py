@@ -148,16 +148,14 @@ class Mesh:
         """Length of the bounding box's diagonal, over the points that faces use."""
         if not len(self.connectivity):
             return 0.0
-        low, high = _bounding_box(self.points, self.connectivity)
-        return float(np.linalg.norm(high - low))
+        box = np.array([[np.inf] * 3, [-np.inf] * 3])
+        _widen(self.points, self.connectivity, box)
+        return float(np.linalg.norm(box[1] - box[0]))
 
 
 @kernel
-def _bounding_box(points, connectivity):  # type: ignore[no-untyped-def]
-    low = np.full(3, np.inf)
-    high = np.full(3, -np.inf)
+def _widen(points, connectivity, box):  # type: ignore[no-untyped-def]
     for c in range(connectivity.size):
         for axis in range(3):
-            low[axis] = min(low[axis], points[connectivity[c], axis])
-            high[axis] = max(high[axis], points[connectivity[c], axis])
-    return low, high
+            box[0, axis] = min(box[0, axis], points[connectivity[c], axis])
+            box[1, axis] = max(box[1, axis], points[connectivity[c], axis])

@@ -123,6 +123,22 @@ def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  
 
 
 @device
+def _corners_square(points, connectivity, a, rx, ry, rz):  # type: ignore[no-untyped-def]
+    # Of the triangle whose first corner stands at a.
+    p = connectivity[a]
+    q = connectivity[a + 1]
+    r = connectivity[a + 2]
+    x = points[p, 0]
+    y = points[p, 1]
+    z = points[p, 2]
+    return triangle_square(
+        points[q, 0] - x, points[q, 1] - y, points[q, 2] - z,
+        points[r, 0] - x, points[r, 1] - y, points[r, 2] - z,
+        rx, ry, rz,
+    )  # fmt: skip
+
+
+@device
 def face_square(points, offsets, connectivity, f, reference):  # type: ignore[no-untyped-def]
     """Signed square of k of face f; 0 for faces of fewer than three corners."""
     a = offsets[f]
@@ -131,28 +147,32 @@ def face_square(points, offsets, connectivity, f, reference):  # type: ignore[no
     ry = reference[f, 1]
     rz = reference[f, 2]
     if b - a == 3:
-        p = connectivity[a]
-        q = connectivity[a + 1]
-        r = connectivity[a + 2]
-        x = points[p, 0]
-        y = points[p, 1]
-        z = points[p, 2]
-        return triangle_square(
-            points[q, 0] - x, points[q, 1] - y, points[q, 2] - z,
-            points[r, 0] - x, points[r, 1] - y, points[r, 2] - z,
-            rx, ry, rz,
-        )  # fmt: skip
+        return _corners_square(points, connectivity, a, rx, ry, rz)
     if b - a < 3:
         return 0.0
     return polygon_square(points, connectivity, a, b, np.int64(-1), 0.0, 0.0, 0.0, rx, ry, rz)
+
+
+@device
+def _signed_root(q):  # type: ignore[no-untyped-def]
+    return np.sqrt(q) if q >= 0.0 else -np.sqrt(-q)
+
+
+@kernel
+def _aspect_ratios_of_triangles(starts, ends, points, connectivity, reference, k):  # type: ignore[no-untyped-def]
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            rx = reference[f, 0]
+            ry = reference[f, 1]
+            rz = reference[f, 2]
+            k[f] = _signed_root(_corners_square(points, connectivity, 3 * f, rx, ry, rz))
 
 
 @kernel
 def _aspect_ratios(starts, ends, points, offsets, connectivity, reference, k):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
-            q = face_square(points, offsets, connectivity, f, reference)
-            k[f] = np.sqrt(q) if q >= 0.0 else -np.sqrt(-q)
+            k[f] = _signed_root(face_square(points, offsets, connectivity, f, reference))
 
 
 @device
@@ -301,10 +321,11 @@ def aspect_ratios(mesh: Mesh, reference: Float32) -> Float64:
     polygon has k = 1. Faces with fewer than three corners have k = 0.
     """
     k = np.empty(mesh.n_faces)
-    parallel.run(
-        _aspect_ratios, *parallel.ranges(mesh.n_faces),
-        mesh.points, mesh.offsets, mesh.connectivity, reference, k,
-    )  # fmt: skip
+    everything = parallel.ranges(mesh.n_faces)
+    if mesh.only_triangles:
+        parallel.run(_aspect_ratios_of_triangles, *everything, mesh.points, mesh.connectivity, reference, k)
+    else:
+        parallel.run(_aspect_ratios, *everything, mesh.points, mesh.offsets, mesh.connectivity, reference, k)
     return k
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import parallel
 from .adjacency import Adjacency
 from .compiled import device, kernel
-from .crossings import FACES, LIFT, face_normal, faces_near, height, no_box, scratch
+from .crossings import FACES, LIFT, face_normal, faces_near, height, longer, no_box, scratch
 from .signed_distance import SignedDistanceTree
 from .vicinity import REACH, enlarged
 
@@ -81,20 +81,20 @@ class Separation(NamedTuple):
 
 
 @device
-def above(plane, points, v):  # type: ignore[no-untyped-def]
-    """Return the height of v over a plane."""
+def above(planes, row, s, points, v):  # type: ignore[no-untyped-def]
+    """Return the height of v over plane s of a row."""
     return (
-        (points[v, 0] - plane[0]) * plane[3]
-        + (points[v, 1] - plane[1]) * plane[4]
-        + (points[v, 2] - plane[2]) * plane[5]
+        (points[v, 0] - planes[row, s, 0]) * planes[row, s, 3]
+        + (points[v, 1] - planes[row, s, 1]) * planes[row, s, 4]
+        + (points[v, 2] - planes[row, s, 2]) * planes[row, s, 5]
     )
 
 
 @device
-def separate(points, p, q, r, tree, normals, near, first, last, tolerance, planes):  # type: ignore[no-untyped-def]
+def separate(points, p, q, r, tree, normals, near, first, last, tolerance, planes, row):  # type: ignore[no-untyped-def]
     """Find planes that separate the triangle (p, q, r) from the faces ``near[first:last]``; return how many.
 
-    0 if none are found. Then it may cross or not. Otherwise it does not, as
+    They go to ``planes[row]``. 0 if none are found. Then it may cross or not. Otherwise it does not, as
     :func:`~vtksmooth.kernels.crossings.crosses` has it: that moves a triangle by the lift both ways. Say
     a face in front of the plane m comes into the triangle moved by s = 1 or -1 lifts along its normal n,
     deeper than the tolerance from its sides. Corners are less than 5/8 of the lift higher over m than
@@ -147,8 +147,8 @@ def separate(points, p, q, r, tree, normals, near, first, last, tolerance, plane
                 left -= d < c
                 lowest = min(lowest, bottom)
         for axis in range(3):
-            planes[count, axis] = others[o, axis] + lowest * normal[axis]
-            planes[count, 3 + axis] = normal[axis]
+            planes[row, count, axis] = others[o, axis] + lowest * normal[axis]
+            planes[row, count, 3 + axis] = normal[axis]
         count += 1
     if left > 0:
         # The triangle's own plane.
@@ -168,14 +168,14 @@ def separate(points, p, q, r, tree, normals, near, first, last, tolerance, plane
             return 0
         side = 1.0 if lowest >= -behind else -1.0
         for axis in range(3):
-            planes[count, axis] = points[p, axis]
-            planes[count, 3 + axis] = side * normal[axis]
+            planes[row, count, axis] = points[p, axis]
+            planes[row, count, 3 + axis] = side * normal[axis]
         count += 1
     for a in range(1, count):
         for b in range(a):
             along = 0.0
             for axis in range(3, 6):
-                along += planes[a, axis] * planes[b, axis]
+                along += planes[row, a, axis] * planes[row, b, axis]
             if along < _AGAINST:
                 return 0
     return count
@@ -210,7 +210,8 @@ def _anchor(starts, ends, points, pinned, offsets, ring, anchor, reach, lost, st
 def _gather(  # type: ignore[no-untyped-def]
     starts, ends, chosen, triangles, pinned, anchor, reach, known, tree, tolerance, size
 ):
-    # For each of the chosen triangles how many faces are near, or CROWDED; and which, one after another.
+    # For each of the chosen triangles how many faces are near, or CROWDED; and which, one after another, and
+    # how many in all.
     stack, found, box = scratch()
     faces = np.empty(1024, np.int32)
     total = 0
@@ -247,14 +248,11 @@ def _gather(  # type: ignore[no-untyped-def]
                 continue
             size[i] = count
             if total + count > faces.size:
-                larger = np.empty(2 * faces.size, np.int32)
-                for c in range(total):  # a slice would be compiled for some seconds
-                    larger[c] = faces[c]
-                faces = larger
+                faces = longer(faces, total)
             for c in range(count):
                 faces[total + c] = found[c]
             total += count
-    return faces[:total]
+    return faces, total
 
 
 @kernel
@@ -306,7 +304,7 @@ def refreshed(
     if not len(chosen):
         return old
     size = np.empty(len(chosen), np.int64)
-    faces = parallel.run(
+    found = parallel.run(
         _gather, *parallel.ranges(len(chosen)), chosen, old.triangles, pinned, old.anchor, old.reach, known,
         space.tree, tolerance, size, smallest_share=1000,
     )  # fmt: skip
@@ -323,5 +321,5 @@ def refreshed(
     new.first[old.rows : rows] = last - size[full]
     new.last[old.rows : rows] = last
     new.held[old.rows : rows] = 0
-    new.faces[old.filled : filled] = np.concatenate(faces)
+    new.faces[old.filled : filled] = np.concatenate([faces[:total] for faces, total in found])
     return new

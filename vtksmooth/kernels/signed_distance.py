@@ -31,9 +31,11 @@ def signed_distance(tree, normals, x, y, z, most, stack):  # type: ignore[no-unt
     Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal" (2005).
     """
     reach = most * most * (1.0 + 1e-6)
-    cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
-    if f < 0:  # rounding
-        cx, cy, cz, square, f, s, t = query(tree, x, y, z, np.inf, -1.0, stack)
+    for _ in range(2):
+        cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
+        if f >= 0:
+            break
+        reach = np.inf  # by rounding it was farther
     return _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t)
 
 
@@ -95,26 +97,19 @@ def _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t):  # type: ig
 
 
 @kernel
-def _signed_distances(starts, ends, tree, normals, points, distances):  # type: ignore[no-untyped-def]
+def _signed_distances(starts, ends, tree, normals, points, most, distances):  # type: ignore[no-untyped-def]
+    # Infinity where the surface is farther than `most`.
     stack = np.empty(128, np.int32)
+    reach = np.nextafter(most * most, np.inf)
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
-            distances[i] = signed_distance(
-                tree, normals, points[i, 0], points[i, 1], points[i, 2], np.inf, stack
+            x = points[i, 0]
+            y = points[i, 1]
+            z = points[i, 2]
+            cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
+            distances[i] = (
+                _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t) if f >= 0 else np.inf
             )
-
-
-@kernel
-def _touching(starts, ends, tree, points, distance, result):  # type: ignore[no-untyped-def]
-    stack = np.empty(128, np.int32)
-    square = distance * distance
-    for part in range(starts.size):
-        for i in range(starts[part], ends[part]):
-            # Nothing farther is looked at, and the first face near enough will do.
-            _, _, _, _, f, _, _ = query(
-                tree, points[i, 0], points[i, 1], points[i, 2], np.nextafter(square, np.inf), square, stack
-            )
-            result[i] = f >= 0
 
 
 class SignedDistanceTree:
@@ -154,28 +149,18 @@ class SignedDistanceTree:
         """Whether the surface bounds a volume."""
         return is_closed(adjacency.build(Mesh.from_faces(self.tree[0], self.tree[1])))
 
-    def __call__(self, points: npt.ArrayLike) -> Float64:
-        """Return the signed distances (q,) of `points` (q, 3), model units."""
+    def __call__(self, points: npt.ArrayLike, most: float = np.inf) -> Float64:
+        """Return the signed distances (q,) of `points` (q, 3), model units; infinity beyond `most`.
+
+        Looking no farther than some distance is far cheaper: most points are nowhere near.
+        """
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         distances = np.empty(len(points))
         parallel.run(
             _signed_distances, *parallel.ranges(len(points), 1024),
-            self.tree, self.normals, points, distances, smallest_share=2048,
+            self.tree, self.normals, points, float(most), distances, smallest_share=2048,
         )  # fmt: skip
         return distances
-
-    def touching(self, points: npt.ArrayLike, distance: float) -> npt.NDArray[np.bool_]:
-        """Return which of the points (q, 3) are no farther from the surface than `distance`, (q,).
-
-        Far cheaper than their distances: most points are nowhere near.
-        """
-        points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-        result = np.empty(len(points), np.bool_)
-        parallel.run(
-            _touching, *parallel.ranges(len(points), 1024),
-            self.tree, points, float(distance), result, smallest_share=2048,
-        )  # fmt: skip
-        return result
 
 
 def _pseudonormals(points: Float64, faces: npt.NDArray[np.int32]) -> Float64:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidMeshError
 from .adjacency import BORDER, one_rings, vertex_corners
-from .compiled import device, kernel
+from .compiled import device, kernel, routine
 from .mesh import Mesh
 
 Int32 = npt.NDArray[np.int32]
@@ -64,7 +64,7 @@ def _unit_normal(points, corners, first, size):  # type: ignore[no-untyped-def]
     return nx / length, ny / length, nz / length
 
 
-@device
+@routine
 def _good(points, p, q, r, nx, ny, nz, least):  # type: ignore[no-untyped-def]
     # Whether the triangle is turned like its polygon, whose unit normal is n, and no sliver.
     ax = points[q, 0] - points[p, 0]
@@ -171,6 +171,18 @@ def _kill(fate, first, size, can):  # type: ignore[no-untyped-def]
             k += 1
 
 
+@routine
+def _narrow(points, offsets, corners, f, first, least, fate, good, usable, can):  # type: ignore[no-untyped-def]
+    # Kill the free diagonals that no longer serve; whether the polygon can be triangulated at all.
+    size = offsets[f + 1] - offsets[f]
+    _read_fates(fate, first, size, usable)
+    _judge(points, corners, offsets[f], size, least[f], good)
+    _explore(good, usable, size, can)
+    if can[0, size - 1]:
+        _kill(fate, first, size, can)
+    return can[0, size - 1]
+
+
 @kernel
 def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate, least):  # type: ignore[no-untyped-def]
     """List every polygon's diagonals, and set free those with which it can be triangulated.
@@ -221,11 +233,9 @@ def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate
                 fate[first_candidate[f] + 1] = second_fine
                 possible = first_fine or second_fine
             else:
-                _judge(points, corners, first, size, least[f], good)
-                _explore(good, usable, size, can)
-                possible = can[0, size - 1]
-                if possible:
-                    _kill(fate, first_candidate[f], size, can)
+                possible = _narrow(
+                    points, offsets, corners, f, first_candidate[f], least, fate, good, usable, can
+                )
             if possible or flat:
                 break
         if not possible:
@@ -287,38 +297,38 @@ def _remove(k, p, q, valence, inserted):  # type: ignore[no-untyped-def]
 # -- the whole mesh ----------------------------------------------------------------------------------
 
 
-@device
-def _narrow(points, offsets, corners, f, first, least, fate, good, usable, can):  # type: ignore[no-untyped-def]
-    # Kill the free diagonals that no longer serve; whether the polygon can be triangulated at all.
-    size = offsets[f + 1] - offsets[f]
-    _read_fates(fate, first, size, usable)
-    _judge(points, corners, offsets[f], size, least[f], good)
-    _explore(good, usable, size, can)
-    if can[0, size - 1]:
-        _kill(fate, first, size, can)
-    return can[0, size - 1]
-
-
 @kernel
 def _greedy(  # type: ignore[no-untyped-def]
-    points, offsets, corners, first_candidate, face, ends, fate, least, ring_offsets, ring, valence, inserted
+    points,
+    offsets,
+    corners,
+    first_candidate,
+    face,
+    ends,
+    fate,
+    least,
+    ring_offsets,
+    ring,
+    valence,
+    inserted,
+    waiting,
 ):
     """Insert the free diagonal whose greater valence is lowest, again and again (Figure 2)."""
     good = np.empty((MOST_CORNERS, MOST_CORNERS, MOST_CORNERS), np.bool_)
     usable = np.ones((MOST_CORNERS, MOST_CORNERS), np.bool_)
     can = np.empty((MOST_CORNERS, MOST_CORNERS), np.bool_)
-    waiting = np.arange(face.size).astype(np.int32)
+    count = waiting.size
     level = 0
-    while waiting.size > 0:
+    while count > 0:
         # In order; those of a higher valence wait. Valences only grow, so none of those passed over can
         # fall back to this level.
         left = 0
         lowest = HIGHEST_VALENCE
-        for i in range(waiting.size):
+        for i in range(count):
             k = waiting[i]
             if fate[k] != _FREE:
                 continue
-            f = face[k]
+            f = np.int64(face[k])
             size = offsets[f + 1] - offsets[f]
             a = np.int64(ends[k, 0])
             b = np.int64(ends[k, 1])
@@ -351,7 +361,7 @@ def _greedy(  # type: ignore[no-untyped-def]
                         fate[x] = _DEAD
                     x += 1
             _narrow(points, offsets, corners, f, first, least, fate, good, usable, can)
-        waiting = waiting[:left]
+        count = left
         level = max(level + 1, lowest)
 
 
@@ -382,7 +392,7 @@ def _linked(a, b, size, first, fate):  # type: ignore[no-untyped-def]
     return fate[first + _number(a, b, size)] == _INSERTED
 
 
-@device
+@routine
 def _opposite(a, b, size, first, fate):  # type: ignore[no-untyped-def]
     # The corner of the triangle on the side of a .. b of the chord from a on to b.
     c = (a + 1) % size
@@ -434,12 +444,10 @@ def _flip(  # type: ignore[no-untyped-def]
                 continue
             _remove(k, p, q, valence, inserted)
             fate[k] = _DEAD
-            if c < d:
-                k = first + _number(c, d, size)
-                _insert(k, r, s, valence, inserted)
-            else:
-                k = first + _number(d, c, size)
-                _insert(k, s, r, valence, inserted)
+            if c > d:
+                c, d, r, s = d, c, s, r
+            k = first + _number(c, d, size)
+            _insert(k, r, s, valence, inserted)
             fate[k] = _INSERTED
             flips += 1
     return flips
@@ -692,7 +700,7 @@ def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArr
     )
     _greedy(
         polygons.points, offsets, corners, first_candidate, face, ends, fate, least,
-        ring_offsets, ring, valence, inserted,
+        ring_offsets, ring, valence, inserted, np.arange(candidates, dtype=np.int32),
     )  # fmt: skip
     while _flip(
         polygons.points, offsets, corners, first_candidate, ends, fate, least,

@@ -11,7 +11,7 @@ from . import parallel
 from .adjacency import Adjacency
 from .closest_point import closest_of
 from .compiled import device, kernel
-from .crossings import FACES, faces_near, scratch
+from .crossings import FACES, faces_near, longer, scratch
 from .signed_distance import SignedDistanceTree, signed_distance_to
 
 Float64 = npt.NDArray[np.float64]
@@ -87,21 +87,23 @@ def room_in_vicinity(kept, tree, normals, v, x, y, z, limit):  # type: ignore[no
     Less than nothing if its signed distance is greater than `limit`. NaN, and more is wanted, if what is
     kept does not tell. The distance is NaN unless it was asked of the faces.
     """
+    anchor, planes = kept.anchor, kept.planes
     row = kept.row[v]
     if row >= 0:
-        dx = x - kept.anchor[row, 0]
-        dy = y - kept.anchor[row, 1]
-        dz = z - kept.anchor[row, 2]
+        dx = x - anchor[row, 0]
+        dy = y - anchor[row, 1]
+        dz = z - anchor[row, 2]
         left = kept.reach[row] - np.sqrt(dx * dx + dy * dy + dz * dz)
         if left > 0.0:
             highest = -np.inf
-            for s in range(kept.held[row]):
+            held = kept.held[row]
+            for s in range(held):
                 highest = max(
                     highest,
-                    dx * kept.planes[row, s, 0] + dy * kept.planes[row, s, 1] + dz * kept.planes[row, s, 2]
-                    - kept.planes[row, s, 3],
+                    dx * planes[row, s, 0] + dy * planes[row, s, 1] + dz * planes[row, s, 2]
+                    - planes[row, s, 3],
                 )  # fmt: skip
-            if kept.held[row] > 0:
+            if held > 0:
                 if highest <= 0.0:
                     return min(left, -highest), np.nan
                 if kept.convex[row] and highest > limit:
@@ -121,8 +123,12 @@ def _height(others, u, normal, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @device
-def _find_planes(tree, normals, near, size, x, y, z, nearest, reach, limit, tolerance, planes):  # type: ignore[no-untyped-def]
-    """Find planes behind which all within `reach` of (x, y, z) are inside; return how many, and `convex`.
+def _find_planes(  # type: ignore[no-untyped-def]
+    tree, normals, near, size, x, y, z, nearest, reach, limit, tolerance, planes, row
+):
+    """Write to planes[row] those behind which all within `reach` of (x, y, z) are inside.
+
+    Returns how many, and `convex`.
 
     Each of the faces ``near[:size]``, all that are so near, the nearest at the distance `nearest`, is in
     front of one. So the room behind them is free of faces, and convex: it is all inside if one point in it
@@ -160,8 +166,8 @@ def _find_planes(tree, normals, near, size, x, y, z, nearest, reach, limit, tole
                 lowest = min(lowest, bottom)
         convex = convex and lowest >= -flat
         for axis in range(3):
-            planes[count, axis] = normal[axis]
-        planes[count, 3] = lowest - over
+            planes[row, count, axis] = normal[axis]
+        planes[row, count, 3] = lowest - over
         ux -= normal[0]
         uy -= normal[1]
         uz -= normal[2]
@@ -176,7 +182,10 @@ def _find_planes(tree, normals, near, size, x, y, z, nearest, reach, limit, tole
     uz *= step
     deep = np.inf
     for s in range(count):
-        deep = min(deep, planes[s, 3] - (ux * planes[s, 0] + uy * planes[s, 1] + uz * planes[s, 2]))
+        deep = min(
+            deep,
+            planes[row, s, 3] - (ux * planes[row, s, 0] + uy * planes[row, s, 1] + uz * planes[row, s, 2]),
+        )
     if not deep > _SHALLOW * reach:
         return 0, False
     distance = signed_distance_to(
@@ -185,7 +194,7 @@ def _find_planes(tree, normals, near, size, x, y, z, nearest, reach, limit, tole
     if not distance < 0.0:
         return 0, False
     for s in range(count):
-        planes[s, 3] += 0.5 * limit * deep / reach
+        planes[row, s, 3] += 0.5 * limit * deep / reach
     return count, convex
 
 
@@ -193,15 +202,20 @@ def _find_planes(tree, normals, near, size, x, y, z, nearest, reach, limit, tole
 def _gather(  # type: ignore[no-untyped-def]
     starts, ends, chosen, points, offsets, ring, known, tree, normals, closed, limit, tolerance, kept, size
 ):
-    # For each of the chosen vertices how many faces are within reach; and which, one after another.
+    # For each of the chosen vertices how many faces are within reach; and which, one after another, and how
+    # many in all.
     stack, found, box = scratch()
+    others, corners = tree[0], tree[1]
+    rows, anchor, reaches, held, convex, planes = (
+        kept.row, kept.anchor, kept.reach, kept.held, kept.convex, kept.planes
+    )  # fmt: skip
     near = np.empty(FACES, np.int32)
     faces = np.empty(1024, np.int32)
     total = 0
     for part in range(starts.size):
         for i in range(starts[part], ends[part]):
             v = chosen[i]
-            row = kept.row[v]
+            row = rows[v]
             x = points[v, 0]
             y = points[v, 1]
             z = points[v, 2]
@@ -212,20 +226,20 @@ def _gather(  # type: ignore[no-untyped-def]
             # From where its distance is known it has hardly come farther than REACH.
             reach = abs(known[v, 3]) + REACH * length / max(1, offsets[v + 1] - offsets[v])
             for axis in range(3):
-                kept.anchor[row, axis] = points[v, axis]
+                anchor[row, axis] = points[v, axis]
                 box[0, axis] = points[v, axis] - reach
                 box[1, axis] = points[v, axis] + reach
             stack[0] = 0
             count, more = faces_near(tree, box, 0.0, stack, 1, found)
             size[i] = 0
-            kept.held[row] = 0
-            kept.reach[row] = 0.0
+            held[row] = 0
+            reaches[row] = 0.0
             if more > 0:
                 continue
             nearest = np.inf
             for c in range(count):
                 f = found[c]
-                px, py, pz, _, _ = closest_of(tree[0], tree[1][f, 0], tree[1][f, 1], tree[1][f, 2], x, y, z)
+                px, py, pz, _, _ = closest_of(others, corners[f, 0], corners[f, 1], corners[f, 2], x, y, z)
                 square = (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2
                 if square > reach * reach:
                     continue
@@ -238,21 +252,18 @@ def _gather(  # type: ignore[no-untyped-def]
                 size[i] += 1
             if size[i] == 0:
                 continue
-            kept.reach[row] = reach
+            reaches[row] = reach
             if closed:
-                kept.held[row], kept.convex[row] = _find_planes(
+                held[row], convex[row] = _find_planes(
                     tree, normals, near, size[i], x, y, z, np.sqrt(nearest), reach, limit, tolerance,
-                    kept.planes[row],
+                    planes, row,
                 )  # fmt: skip
             if total + size[i] > faces.size:
-                larger = np.empty(2 * faces.size, np.int32)
-                for c in range(total):  # a slice would be compiled for some seconds
-                    larger[c] = faces[c]
-                faces = larger
+                faces = longer(faces, total)
             for c in range(size[i]):
                 faces[total + c] = near[c]
             total += size[i]
-    return faces[:total]
+    return faces, total
 
 
 def refreshed(
@@ -280,7 +291,7 @@ def refreshed(
         planes=enlarged(kept.planes, rows), convex=enlarged(kept.convex, rows),
     )  # fmt: skip
     size = np.empty(len(chosen), np.int64)
-    faces: list[Any] = parallel.run(
+    found: list[Any] = parallel.run(
         _gather, *parallel.ranges(len(chosen), 512), chosen, points, near.ring_offsets, near.ring, known,
         space.tree, space.normals, space.closed, limit, tolerance, kept, size, smallest_share=1000,
     )  # fmt: skip
@@ -290,7 +301,7 @@ def refreshed(
     kept.first[kept.row[chosen]] = last - size
     filled = kept.filled + int(size.sum())
     kept, first = kept._replace(faces=enlarged(kept.faces, filled), filled=filled), kept.filled
-    kept.faces[first:filled] = np.concatenate(faces)
+    kept.faces[first:filled] = np.concatenate([faces[:total] for faces, total in found])
     return kept
 
 

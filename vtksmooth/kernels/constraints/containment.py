@@ -29,22 +29,22 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):  # type: ignore
                 continue
             checked += 1
             slack = guard.slack[v]
-            if guard.exact:
-                # Neighbours stand still: the vertex may be tried out where it wants to go.
-                points[v] = proposed[v]
-                good, count, queries = stars_may_go(guard, points, v, -1, room, new)
-                if good:
-                    settle(guard, points, v, -1, new, count)
-                points[v, 0] = x
-                points[v, 1] = y
-                points[v, 2] = z
-            else:
+            step = np.inf  # triangles may not go as far as their corners
+            if not guard.exact:
                 step = np.sqrt(
                     (proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2
                 )
-                good, queries = may_go(
-                    guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0]
-                )
+            good, queries = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0])
+            if good and guard.exact:
+                # Neighbours stand still: the vertex may be tried out where it wants to go.
+                for axis in range(3):
+                    points[v, axis] = proposed[v, axis]
+                good, count = stars_may_go(guard, points, v, -1, room, new)
+                if good:
+                    settle(guard.separation, points, v, -1, new, count)
+                points[v, 0] = x
+                points[v, 1] = y
+                points[v, 2] = z
             asked += queries
             if not good:
                 guard.slack[v] = slack

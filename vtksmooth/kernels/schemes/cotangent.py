@@ -23,8 +23,8 @@ def cotangent(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
 
 
 @device
-def cotangent_weights(points, near, v, weight):  # type: ignore[no-untyped-def]
-    """Write the sums of the two cotangents opposite each spoke of v, in the order of its star.
+def cotangent_weights(points, near, v, weights, first):  # type: ignore[no-untyped-def]
+    """Write the sums of the two cotangents opposite each spoke of v to weights[first], .., as in its star.
 
     A weight belongs to an edge, and an edge has an angle in each of its two faces: gather them first,
     clamp the sums after.
@@ -34,7 +34,8 @@ def cotangent_weights(points, near, v, weight):  # type: ignore[no-untyped-def]
     z = points[v, 2]
     s0 = near.star_offsets[v]
     size = near.star_offsets[v + 1] - s0
-    weight[:size] = 0.0
+    for r in range(size):
+        weights[first + r] = 0.0
     for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
         c = near.corners[i]
         f = near.corner_face[c]
@@ -55,9 +56,9 @@ def cotangent_weights(points, near, v, weight):  # type: ignore[no-untyped-def]
             for r in range(size):
                 w = near.star[s0 + r]
                 if w == p:
-                    weight[r] += at_q
+                    weights[first + r] += at_q
                 elif w == q:
-                    weight[r] += at_p
+                    weights[first + r] += at_p
 
 
 @kernel
@@ -78,7 +79,7 @@ def _propose(starts, ends, points, near, pinned, factor, proposed):  # type: ign
             if pinned[v]:
                 continue
             s0 = near.star_offsets[v]
-            cotangent_weights(points, near, v, weight)
+            cotangent_weights(points, near, v, weight, 0)
             sx = 0.0
             sy = 0.0
             sz = 0.0

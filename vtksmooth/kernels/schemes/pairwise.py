@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import InvalidMeshError
-from .. import adjacency, parallel
+from .. import parallel
 from ..adjacency import Adjacency
 from ..compiled import device, kernel, routine
 from ..crossings import scratch
@@ -81,26 +81,34 @@ def _cyclic_rings(near, offsets, neighbours, after, held, ring, mirror):  # type
                     mirror[r] = q
 
 
+@device
+def _bit(colour):  # type: ignore[no-untyped-def]
+    return np.uint64(1) << np.uint64(colour)
+
+
+@device
+def _lowest_free(used):  # type: ignore[no-untyped-def]
+    colour = 0
+    while colour < 63 and used & _bit(colour):
+        colour += 1
+    return colour
+
+
 @kernel
-def _schedule(ends, block_of, blocks, offsets, ring, colour, order, starts, block_colour):  # type: ignore[no-untyped-def]
-    # Which colours of edges, and of blocks, have touched a vertex already: a bit for each.
-    n = offsets.size - 1
-    touched = np.zeros(n, np.uint64)
-    one = np.uint64(1)
+def _schedule(ends, block_of, offsets, ring, colour, order, starts, block_colour, touched):  # type: ignore[no-untyped-def]
+    # touched: which colours of edges, and then of blocks, have touched a vertex already, a bit for each.
     for e in range(block_of.size):
         starts[block_of[e] + 1] += 1
         i = ends[e, 0]
         j = ends[e, 1]
-        free = 0
-        while free < 63 and (touched[i] | touched[j]) & (one << np.uint64(free)):
-            free += 1
+        free = _lowest_free(touched[i] | touched[j])
         colour[e] = free
-        touched[i] |= one << np.uint64(free)
-        touched[j] |= one << np.uint64(free)
-    touched[:] = 0
-    colours = 0
+        touched[i] |= _bit(free)
+        touched[j] |= _bit(free)
+    for v in range(touched.size):
+        touched[v] = 0
     alone = 63  # blocks that find no bit free run by themselves
-    for b in range(blocks):
+    for b in range(block_colour.size):
         starts[b + 1] += starts[b]
         # Stable counting sort of the block's edges by their colour.
         k = starts[b]
@@ -118,21 +126,18 @@ def _schedule(ends, block_of, blocks, offsets, ring, colour, order, starts, bloc
                 used |= touched[v]
                 for r in range(offsets[v], offsets[v + 1]):
                     used |= touched[ring[r]]
-        free = 0
-        while free < 63 and used & (one << np.uint64(free)):
-            free += 1
+        free = _lowest_free(used)
         if free == 63:
             block_colour[b] = alone
             alone += 1
             continue
         block_colour[b] = free
-        colours = max(colours, free + 1)
         for e in range(starts[b], starts[b + 1]):
             for end in range(2):
                 v = ends[e, end]
-                touched[v] |= one << np.uint64(free)
+                touched[v] |= _bit(free)
                 for r in range(offsets[v], offsets[v + 1]):
-                    touched[ring[r]] |= one << np.uint64(free)
+                    touched[ring[r]] |= _bit(free)
 
 
 def edges_of(
@@ -146,15 +151,17 @@ def edges_of(
     n = len(near.border)
     ring, mirror = np.empty_like(neighbours), np.zeros_like(neighbours)
     _cyclic_rings(near, offsets, neighbours, np.full(n, -1, np.int32), pinned, ring, mirror)
-    ends = adjacency.edges(near)[0]
-    ends = ends[(pinned[ends] == 0).any(axis=1)]
+    vertex = np.repeat(np.arange(n, dtype=np.int32), np.diff(near.ring_offsets))
+    once = near.ring > vertex
+    once &= (pinned[vertex] == 0) | (pinned[near.ring] == 0)
+    ends = np.column_stack((vertex[once], near.ring[once]))
     blocks = -(-n // block_size)
     order = np.empty(len(ends), np.int64)
     starts = np.zeros(blocks + 1, np.int64)
     block_colour = np.empty(blocks, np.int32)
     _schedule(
-        ends, ends[:, 0] // block_size, blocks, offsets, ring, np.empty(len(ends), np.int8),
-        order, starts, block_colour,
+        ends, ends[:, 0] // block_size, offsets, ring, np.empty(len(ends), np.int8), order, starts,
+        block_colour, np.zeros(n, np.uint64),
     )  # fmt: skip
     colours = [np.flatnonzero(block_colour == c) for c in np.unique(block_colour)]
     return Edges(
@@ -307,23 +314,7 @@ def _move(v, end, rows, d):  # type: ignore[no-untyped-def]
             rows[v, axis] += d[end, axis]
 
 
-@routine
-def _may_both_go(guard, i, j, rows, d, step_i, step_j, stack):  # type: ignore[no-untyped-def]
-    # Whether both ends may take their steps, and how many distances that took.
-    good = True
-    asked = 0
-    for end in range(2):
-        v = i if end == 0 else j
-        if good and rows[v, 6] > 0.0:
-            good, queries = may_go(
-                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2],
-                step_i if end == 0 else step_j, stack,
-            )  # fmt: skip
-            asked += queries
-    return good, asked
-
-
-@routine
+@device
 def _stars_may_go(guard, i, j, rows, d, old, room, new):  # type: ignore[no-untyped-def]
     # Whether the triangles round both ends, too, may be where the steps take them; that is tried out.
     for axis in range(3):
@@ -333,13 +324,35 @@ def _stars_may_go(guard, i, j, rows, d, old, room, new):  # type: ignore[no-unty
     _move(j, 1, rows, d)
     first = i if rows[i, 6] > 0.0 else -1
     second = j if rows[j, 6] > 0.0 else -1
-    good, count, asked = stars_may_go(guard, rows, first, second, room, new)
+    good, count = stars_may_go(guard, rows, first, second, room, new)
     if good:
-        settle(guard, rows, first, second, new, count)
-        spread(guard, rows, first, second, new, count)
+        settle(guard.separation, rows, first, second, new, count)
+        spread(guard.separation.triangles, guard.slack, rows, first, second, new, count)
     for axis in range(3):
         rows[i, axis] = old[0, axis]
         rows[j, axis] = old[1, axis]
+    return good
+
+
+@routine
+def _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new):  # type: ignore[no-untyped-def]
+    # Whether both ends may take their steps, and how many distances that took.
+    good = True
+    asked = 0
+    exact = guard.exact
+    for end in range(2):
+        v = i if end == 0 else j
+        step = step_i if end == 0 else step_j
+        if exact:
+            step = np.inf  # triangles may not go as far as their corners
+        if good and rows[v, 6] > 0.0:
+            good, queries = may_go(
+                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2], step,
+                room[0],
+            )  # fmt: skip
+            asked += queries
+    if good and exact:
+        good = _stars_may_go(guard, i, j, rows, d, old, room, new)
     return good, asked
 
 
@@ -361,9 +374,7 @@ def _update_laplacians(v, end, rows, first, last, ring, reverse, d):  # type: ig
 
 
 @kernel
-def _sweep(  # type: ignore[no-untyped-def]
-    starts, ends, edges, cross, offsets, ring, reverse, rows, guard
-):
+def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):  # type: ignore[no-untyped-def]
     # rows[v]: position, Laplacian, damping, sum of squared coefficients: a line of the cache.
     moved = 0
     checked = 0
@@ -376,6 +387,7 @@ def _sweep(  # type: ignore[no-untyped-def]
     f = np.empty((2, 3))
     slack_i = 0.0
     slack_j = 0.0
+    active, slack = guard.active, guard.slack
     for part in range(starts.size):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
@@ -389,8 +401,16 @@ def _sweep(  # type: ignore[no-untyped-def]
             det = cii * cjj - cij * cij
             if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
                 continue
-            ux, uy, uz = _look_round(0, i, j, rows, offsets[i], offsets[i + 1], ring, reverse, f, g)
-            _look_round(1, j, -1, rows, offsets[j], offsets[j + 1], ring, reverse, f, g)
+            ux = 0.0
+            uy = 0.0
+            uz = 0.0
+            for end in range(2):
+                v = i if end == 0 else j
+                other = j if end == 0 else -1
+                wx, wy, wz = _look_round(end, v, other, rows, offsets[v], offsets[v + 1], ring, reverse, f, g)
+                ux += wx
+                uy += wy
+                uz += wz
             for axis in range(3):
                 d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
                 d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
@@ -399,31 +419,28 @@ def _sweep(  # type: ignore[no-untyped-def]
             # there is none of reasonable size. Then the energy would grow.
             if not _energy_change(cii, cjj, cij, f, d) < 0.0:
                 continue
-            if guard.active:
-                slack_i = guard.slack[i]
-                slack_j = guard.slack[j]
+            if active:
+                slack_i = slack[i]
+                slack_j = slack[j]
                 step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
                 step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
                 checked += (si > 0.0) + (sj > 0.0)
                 # Here and not in a helper: handing over the guard costs as much as a quarter of an operation.
                 if step_i <= slack_i and step_j <= slack_j:
-                    guard.slack[i] -= step_i
-                    guard.slack[j] -= step_j
+                    slack[i] -= step_i
+                    slack[j] -= step_j
                 else:
-                    if guard.exact:
-                        good, queries = _stars_may_go(guard, i, j, rows, d, old, room, new)
-                    else:
-                        good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, room[0])
+                    good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new)
                     asked += queries
                     if not good:
-                        guard.slack[i] = slack_i
-                        guard.slack[j] = slack_j
+                        slack[i] = slack_i
+                        slack[j] = slack_j
                         continue
-            _move(i, 0, rows, d)
-            _move(j, 1, rows, d)
+            for end in range(2):
+                v = i if end == 0 else j
+                _move(v, end, rows, d)
+                _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
             moved += 1
-            _update_laplacians(i, 0, rows, offsets[i], offsets[i + 1], ring, reverse, d)
-            _update_laplacians(j, 1, rows, offsets[j], offsets[j + 1], ring, reverse, d)
     return moved, checked, asked
 
 

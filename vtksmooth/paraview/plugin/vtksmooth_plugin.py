@@ -18,8 +18,8 @@ except ImportError as error:
     # ParaView answers an ImportError by loading the file a second time, in another way.
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     raise RuntimeError(
-        f"vtksmooth cannot be loaded: {error}. ParaView runs Python {python} and needs numba and llvmlite "
-        f"for that version in {sys.path[-1]}; docs/paraview.md of vtksmooth says how to install them."
+        f"vtksmooth cannot be loaded: {error}. ParaView runs Python {python} and needs numba, llvmlite and "
+        f"filelock for it in {sys.path[-1]}; docs/paraview.md of vtksmooth says how to install them."
     ) from None
 
 paraview_plugin_name = "vtksmooth"
