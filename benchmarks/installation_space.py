@@ -96,7 +96,7 @@ def valences(page: list[str]) -> None:
 
     def first_enumerated(*arguments: Any) -> None:
         """Insert diagonals in their order: to the greedy algorithm, all valences are the same."""
-        valence = arguments[-2]
+        valence = arguments[-3]
         valence += triangulate.HIGHEST_VALENCE
         greedy(*arguments)
         valence -= triangulate.HIGHEST_VALENCE

@@ -62,7 +62,7 @@ def test_who_waits_takes_what_another_has_made(kernel, tmp_path, monkeypatch):
             lock.release()
         return True
 
-    monkeypatch.setattr(KernelCache, "meanwhile", staticmethod(meanwhile))
+    monkeypatch.setattr(KernelCache, "meanwhile", meanwhile)
     assert kernel(2.0) == 6.0
     assert done == [0, 0, 0]
     assert misses(kernel) == 0

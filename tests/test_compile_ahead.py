@@ -12,6 +12,7 @@ from numba import typeof, types
 
 from vtksmooth.filters import FILTERS
 from vtksmooth.kernels import adjacency, compile_ahead, parallel
+from vtksmooth.kernels.caching import KernelCache
 from vtksmooth.kernels.compile_ahead import compiling_ahead, spelled, understood
 from vtksmooth.kernels.compiled import device
 from vtksmooth.kernels.mesh import Mesh
@@ -116,7 +117,9 @@ def test_helpers_end_with_the_filter(two_threads):
         with compiling_ahead("") as within:  # a filter that uses a filter
             assert within is None
         assert ahead._helpers == helpers
+        assert KernelCache.meanwhile == ahead._compile_another
     assert not ahead._helpers
+    assert KernelCache.meanwhile is None
     assert helpers[0].returncode is not None
 
 

@@ -27,7 +27,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     """
 
     waits: ClassVar[bool] = True
-    meanwhile: ClassVar[Any] = staticmethod(lambda: False)
+    meanwhile: ClassVar[Any] = None
 
     #: The only lock that is held: one kernel is compiled at a time.
     _lock: ClassVar[Any] = None
@@ -64,7 +64,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
                     raise BusyError(self.path.stem) from None
                 if wait > 0.0:
                     return False
-                if not self.meanwhile():
+                if not KernelCache.meanwhile or not KernelCache.meanwhile():
                     wait = _LONGEST
             except (OSError, NotImplementedError):  # some file systems have no locks
                 return False

@@ -49,6 +49,7 @@ class _HelperCode(_KernelCode):
     def finalize(self) -> None:
         """Take in the helpers that the helper calls."""
         for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
         self._finalized = True
 
@@ -71,6 +72,7 @@ class _Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
                 description.lookup_module(), description.qualname, "", 0, made.env, (state.library,)
             )
             state.targetctx.insert_user_function(name, description, [state.library])
+            state.reload_init.extend(state.library._reload_init)
             state["cr"] = made._replace(cfunc=name)
         return True
 

@@ -217,8 +217,8 @@ class _Run:
             constraint.follow(self.constraints[:number])
         self.fixed = None if fixed is None else self._for_each_point("fixed", fixed)
         self.find_features = find_features
+        self.in_place = any(constraint.in_place for constraint in self.constraints)
         self.on_edges = isinstance(scheme, EdgeScheme)
-        self.in_place = not self.on_edges and any(constraint.in_place for constraint in self.constraints)
         if self.on_edges:
             for constraint in self.constraints:
                 if not constraint.on_edges:
@@ -255,7 +255,7 @@ class _Run:
             del near
             mesh, face_order = adjacency.renumbered(mesh, self.order)
             near = adjacency.build(mesh)
-        if self.in_place and mesh.only_triangles:
+        if self.in_place and not self.on_edges and mesh.only_triangles:
             adjacency.turn_into_cycles(near)
         self.progress(0.0, "measuring")
         reference = quality.reference_directions(mesh)
