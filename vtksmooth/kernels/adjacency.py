@@ -431,15 +431,10 @@ def breadth_first_order(near: Adjacency) -> Int32:
 
 
 @kernel
-def _colour(star_offsets, star, order, block_size, rank, colour, block_colour):  # type: ignore[no-untyped-def]
+def _colour(  # type: ignore[no-untyped-def]
+    star_offsets, star, order, block_size, rank, colour, block_colour, used, block_used
+):
     n = order.size
-    widest = 0
-    for i in range(n):
-        v = order[i]
-        rank[v] = i
-        widest = max(widest, star_offsets[v + 1] - star_offsets[v])
-    used = np.full(widest + 2, -1, np.int32)
-    block_used = np.full(block_colour.size + 1, -1, np.int32)
     colours = 0
     for b in range(block_colour.size):
         low = b * block_size
@@ -467,15 +462,16 @@ def _colour(star_offsets, star, order, block_size, rank, colour, block_colour): 
 
 
 @kernel
-def _sort_blocks(order, star_offsets, colour, block_size, starts, result):  # type: ignore[no-untyped-def]
+def _sort_blocks(order, star_offsets, colour, block_size, starts, by_size, fill, result):  # type: ignore[no-untyped-def]
     n = order.size
     blocks, columns = starts.shape
     # Two stable counting sorts: by the size of the star, then by colour.
-    by_size = np.empty(block_size, np.int64)
+    count = np.empty(_LARGEST_SIZE + 2, np.int64)
     for b in range(blocks):
         low = b * block_size
         high = min(n, low + block_size)
-        count = np.zeros(_LARGEST_SIZE + 2, np.int64)
+        for size in range(count.size):
+            count[size] = 0
         for i in range(low, high):
             v = order[i]
             count[min(star_offsets[v + 1] - star_offsets[v], _LARGEST_SIZE) + 1] += 1
@@ -488,9 +484,10 @@ def _sort_blocks(order, star_offsets, colour, block_size, starts, result):  # ty
             by_size[count[size]] = i
             count[size] += 1
         starts[b, 0] = low
+        fill[0] = low
         for c in range(1, columns):
             starts[b, c] += starts[b, c - 1]
-        fill = starts[b].copy()
+            fill[c] = starts[b, c]
         for k in range(high - low):
             i = by_size[k]
             result[fill[colour[i]]] = order[i]
@@ -517,9 +514,16 @@ def colour_blocks(near: Adjacency, order: Int32, block_size: int = BLOCK_SIZE) -
     blocks = -(-n // block_size)
     colour, block_colour = np.empty(n, np.int32), np.full(blocks, -1, np.int32)
     rank, result = np.empty(n, np.int32), np.empty(n, np.int32)
-    colours = _colour(near.star_offsets, near.star, order, block_size, rank, colour, block_colour)
-    starts = np.zeros((blocks, colours + 1), np.int32)
-    _sort_blocks(order, near.star_offsets, colour, block_size, starts, result)
+    rank[order] = np.arange(n, dtype=np.int32)
+    # Who has used a colour last: a vertex of the block, a block.
+    used = np.full(np.diff(near.star_offsets).max(initial=0) + 2, -1, np.int32)
+    block_used = np.full(blocks + 1, -1, np.int32)
+    colours = _colour(
+        near.star_offsets, near.star, order, block_size, rank, colour, block_colour, used, block_used
+    )
+    starts, fill = np.zeros((blocks, colours + 1), np.int32), np.empty(colours + 1, np.int32)
+    by_size = np.empty(min(n, block_size), np.int64)
+    _sort_blocks(order, near.star_offsets, colour, block_size, starts, by_size, fill, result)
     return result, starts, block_colour
 
 

@@ -184,14 +184,12 @@ def _narrow(points, offsets, corners, f, first, least, fate, good, usable, can):
 
 
 @kernel
-def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate, least):  # type: ignore[no-untyped-def]
+def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate, least, room):  # type: ignore[no-untyped-def]
     """List every polygon's diagonals, and set free those with which it can be triangulated.
 
     Returns how many polygons have no triangulation, and the first of them.
     """
-    good = np.empty((MOST_CORNERS, MOST_CORNERS, MOST_CORNERS), np.bool_)
-    usable = np.ones((MOST_CORNERS, MOST_CORNERS), np.bool_)
-    can = np.empty((MOST_CORNERS, MOST_CORNERS), np.bool_)
+    good, usable, can = room
     impossible = 0
     culprit = -1
     for f in range(offsets.size - 1):
@@ -307,6 +305,7 @@ def _greedy(  # type: ignore[no-untyped-def]
     ends,
     fate,
     least,
+    room,
     ring_offsets,
     ring,
     valence,
@@ -314,9 +313,7 @@ def _greedy(  # type: ignore[no-untyped-def]
     waiting,
 ):
     """Insert the free diagonal whose greater valence is lowest, again and again (Figure 2)."""
-    good = np.empty((MOST_CORNERS, MOST_CORNERS, MOST_CORNERS), np.bool_)
-    usable = np.ones((MOST_CORNERS, MOST_CORNERS), np.bool_)
-    can = np.empty((MOST_CORNERS, MOST_CORNERS), np.bool_)
+    good, usable, can = room
     count = waiting.size
     level = 0
     while count > 0:
@@ -687,8 +684,10 @@ def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArr
     candidates = int(first_candidate[-1])
     face, ends = np.empty(candidates, np.int32), np.empty((candidates, 2), np.uint8)
     fate, least = np.empty(candidates, np.uint8), np.empty(polygons.n_faces)
+    # What is known of one polygon: which triangles are good, diagonals usable, parts to be triangulated.
+    room = np.empty((MOST_CORNERS,) * 3, np.bool_), *np.empty((2, MOST_CORNERS, MOST_CORNERS), np.bool_)
     impossible, culprit = _find_candidates(
-        polygons.points, offsets, corners, first_candidate, face, ends, fate, least
+        polygons.points, offsets, corners, first_candidate, face, ends, fate, least, room
     )
     _refuse(given, impossible, culprit if faces is None else int(faces[culprit]))
     ring_offsets, ring, border, _ = one_rings(polygons, *vertex_corners(polygons))
@@ -699,7 +698,7 @@ def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArr
         np.empty(2 * candidates, np.int32),
     )
     _greedy(
-        polygons.points, offsets, corners, first_candidate, face, ends, fate, least,
+        polygons.points, offsets, corners, first_candidate, face, ends, fate, least, room,
         ring_offsets, ring, valence, inserted, np.arange(candidates, dtype=np.int32),
     )  # fmt: skip
     while _flip(
