@@ -51,7 +51,7 @@ class Filter(VTKPythonAlgorithmBase):
 
     #: Name on the command line and in reports.
     command: ClassVar[str] = ""
-    #: Names of the inputs, of :data:`INPUTS`.
+    #: Names of the inputs, keys of ``INPUTS``.
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
     #: Names of the outputs.
     outputs: ClassVar[tuple[str, ...]] = ("mesh",)
