@@ -173,7 +173,7 @@ class User:
             with self.doing("a filter is cancelled"):
                 began = time.perf_counter()
                 self.window.action("cancel").trigger()
-            seconds.append(job.stopped_at - began)
+            seconds.append(job.context.ended_at - began)
         return seconds
 
     def use(self, path: Path) -> Iterator[tuple[str, str, str]]:

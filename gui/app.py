@@ -22,7 +22,7 @@ def start(meshes: list[Path]) -> int:
     VtksmoothError
         Qt is not installed, or there is no display.
     """
-    gc.disable()  # until the window is open: what is made till then lives as long as the program
+    gc.disable()  # from here on the window collects garbage: see controllers/garbage.py
     try:
         from .start import run
     except ImportError as error:

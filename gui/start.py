@@ -44,7 +44,6 @@ def open_window(settings: Settings) -> Application:
     application.window.show()
     # Hundreds of thousands of objects: looking through them for garbage would be felt, and there is none.
     gc.freeze()
-    gc.enable()
     return application
 
 

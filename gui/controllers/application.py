@@ -25,6 +25,7 @@ from .comparing import Comparing
 from .display import Display
 from .files import Files
 from .filtering import Filtering
+from .garbage import Garbage
 from .jobs import Jobs
 from .measuring import Measuring
 from .recipes import Recipes
@@ -41,6 +42,7 @@ class Application(QObject):
     def __init__(self, settings: Settings) -> None:
         super().__init__()
         self.settings = settings
+        self._garbage = Garbage(self)
         self.document = Document()
         self.document.history.limit = int(settings.get("memory", self.document.history.limit))
         self.window = MainWindow(settings)

@@ -27,22 +27,59 @@ _PROGRESS_INTERVAL = 30
 
 
 class Context:
-    """What a job may do: run filters, tell its progress, learn that it was cancelled.
+    """A job as its worker sees it: it runs filters, tells its progress, and learns that it was cancelled.
+
+    The worker has nothing of Qt's in its hands: who lets go of an object last destroys it, and Qt's must
+    be destroyed in the thread of the windows.
 
     Attributes
     ----------
-    send : callable
-        Hands over a part of the result before the job is done.
     cancelled : bool
+    told : tuple of float and str, or None
+        The progress that was told last; who shows it takes it away.
+    parts : collections.deque
+        What was sent and not taken yet.
+    outcome : tuple of (object, BaseException or None), or None
+        What the work returned and what it raised, once it has ended.
+    ended_at : float
+        When the work ended, seconds of time.perf_counter: for measurements.
     """
 
-    def __init__(self, tell: Callable[[float, str], None], send: Callable[[Any], None]) -> None:
-        self._told = tell
-        self.send = send
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
         self._part = (0.0, 1.0, "")
         self._lock = threading.Lock()
         self._running: Any = None
         self.cancelled = False
+        self.told: tuple[float, str] | None = None
+        self.parts: deque[Any] = deque()
+        self.outcome: tuple[Any, BaseException | None] | None = None
+        self.ended_at = 0.0
+
+    def do(self, work: Work) -> None:
+        """Do the work, in a thread of the pool."""
+        try:
+            self.check()
+            with on_compile(self._compiling):
+                result = work(self)
+        except BaseException as error:  # whatever happens in a worker is told in the window
+            # What was cancelled has nothing to tell: its frames would keep the meshes they worked on.
+            self._end(None, error.with_traceback(None) if isinstance(error, Cancelled) else error)
+        else:
+            self._end(result, None)
+
+    def _compiling(self, name: str) -> None:
+        self.told = 0.0, f"compiling {name}, once per installation"
+
+    def _end(self, result: Any, error: BaseException | None) -> None:
+        self.ended_at = time.perf_counter()
+        self.outcome = result, error
+        self._wake()
+
+    def send(self, part: Any) -> None:
+        """Hand over a part of the result before the work is done."""
+        self.parts.append(part)
+        self._wake()
 
     def run(self, algorithm: Any, *meshes: Any) -> Any:
         """Run a filter of ours on `meshes`, and return the filter."""
@@ -68,7 +105,7 @@ class Context:
 
     def _tell(self, fraction: float, what: str) -> None:
         begin, share, before = self._part
-        self._told(begin + share * fraction, ": ".join(words for words in (before, what) if words))
+        self.told = begin + share * fraction, ": ".join(words for words in (before, what) if words)
 
     def check(self) -> None:
         """Raise Cancelled if the job was cancelled."""
@@ -89,10 +126,10 @@ class Context:
 
 
 class Job(QObject):
-    """One piece of work.
+    """One piece of work, as the windows see it.
 
-    Exactly one of `done`, `failed` and `stopped` is emitted, in the thread of the windows; after
-    :meth:`cancel` it is `stopped`, at once: the worker ends as soon as it can, and nobody waits for it.
+    Exactly one of `done`, `failed` and `stopped` is emitted; after :meth:`cancel` it is `stopped`, at
+    once: the worker ends as soon as it can, and nobody waits for it.
     """
 
     progressed = Signal(float, str)
@@ -101,23 +138,13 @@ class Job(QObject):
     done = Signal(object)
     failed = Signal(object)
     stopped = Signal()
-    #: The thread has ended, after a cancel some time later than `stopped`.
+    #: The work has ended, after a cancel some time later than `stopped`.
     ended = Signal(object)
 
-    _sent = Signal()
-    _ended = Signal(object, object)
-
-    def __init__(self, work: Work) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__()
-        self.work = work
-        self.context = Context(self.tell, self.send)
-        self._told: tuple[float, str] | None = None
-        self._parts: deque[Any] = deque()
+        self.context = context
         self.over = False
-        #: When the work ended, seconds of time.perf_counter: for measurements.
-        self.stopped_at = 0.0
-        self._sent.connect(self._receive, Qt.ConnectionType.QueuedConnection)
-        self._ended.connect(self._end, Qt.ConnectionType.QueuedConnection)
 
     def cancel(self) -> None:
         """Stop: the result is not wanted any more."""
@@ -126,32 +153,23 @@ class Job(QObject):
             self.over = True
             self.stopped.emit()
 
-    def tell(self, fraction: float, what: str) -> None:
-        """Tell the progress, from the worker's thread."""
-        self._told = (fraction, what)
-
-    def send(self, part: Any) -> None:
-        """Send a part of the result, from the worker's thread."""
-        self._parts.append(part)
-        self._sent.emit()
-
-    def show_progress(self) -> None:
-        """Hand on what has been told last, after what was sent before it."""
-        told, self._told = self._told, None
-        self._receive()
-        if told is not None and not self.over:
-            self.progressed.emit(*told)
-
-    @Slot()
-    def _receive(self) -> None:
-        while self._parts:
-            part = self._parts.popleft()
+    def show(self, progress: bool = True) -> None:
+        """Hand on what was sent, and what came out in the end; with `progress`, what was told last too."""
+        context, told = self.context, None
+        ended = context.outcome is not None  # asked first: all that was told and sent came before
+        if progress or ended:
+            told, context.told = context.told, None
+        while context.parts:  # sent before it was told
+            part = context.parts.popleft()
             if not self.over:
                 self.sent.emit(part)
+        if told is not None and not self.over:
+            self.progressed.emit(*told)
+        if ended and context.outcome is not None:  # who was told of a part may have let events through
+            outcome, context.outcome = context.outcome, None
+            self._end(*outcome)
 
-    @Slot(object, object)
     def _end(self, result: Any, error: BaseException | None) -> None:
-        self.show_progress()
         wanted, self.over = not self.over, True
         if wanted and isinstance(error, Cancelled):
             self.stopped.emit()
@@ -160,20 +178,6 @@ class Job(QObject):
         elif wanted:
             self.done.emit(result)
         self.ended.emit(self)
-
-
-def _run(job: Job) -> None:
-    """Do the work of a job, in a thread of the pool."""
-    result = error = None
-    try:
-        job.context.check()
-        with on_compile(lambda name: job.tell(0.0, f"compiling {name}, once per installation")):
-            result = job.work(job.context)
-    except BaseException as raised:  # whatever happens in a worker is told in the window
-        error = raised
-    job.stopped_at = time.perf_counter()
-    with contextlib.suppress(RuntimeError):  # the application is gone
-        job._ended.emit(result, error)
 
 
 class Jobs(QObject):
@@ -185,6 +189,9 @@ class Jobs(QObject):
     #: A lane has begun or ended to be busy.
     changed = Signal()
 
+    #: A worker has something to hand over.
+    _woken = Signal()
+
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._pool = QThreadPool(self)
@@ -195,19 +202,21 @@ class Jobs(QObject):
         # mouse, and where each took longer than the next took to come, the window would stand still.
         self._progress = QTimer(self, interval=_PROGRESS_INTERVAL)
         self._progress.timeout.connect(self._show_progress)
+        self._woken.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
     def start(self, lane: str, work: Work) -> Job:
         """Cancel what runs in `lane`, and return a job that begins once the caller returns."""
         self.cancel(lane)
-        job = Job(work)
+        job = Job(Context(self._wake))
         self._lanes[lane] = job
         for signal in (job.done, job.failed, job.stopped):
             signal.connect(self._tidy)
         job.ended.connect(self._release)
-        # A job lives until its thread has ended, wanted or not.
+        # A job lives until its work has ended, wanted or not.
         self._kept.add(job)
         self._progress.start()
-        self._pool.start(partial(_run, job))  # of a QRunnable the pool would keep the Python side for good
+        # Of a QRunnable the pool would keep the Python side for good.
+        self._pool.start(partial(job.context.do, work))
         self.changed.emit()
         return job
 
@@ -247,14 +256,24 @@ class Jobs(QObject):
             job.context.cancel()
         self._pool.waitForDone()
 
+    def _wake(self) -> None:
+        """Have a look at the jobs, soon; called from a worker, which :meth:`close` waits for."""
+        with contextlib.suppress(RuntimeError):  # the application is gone
+            self._woken.emit()
+
     @Slot()
     def _tidy(self) -> None:
         self.changed.emit()
 
     @Slot()
+    def _show(self) -> None:
+        for job in [*self._kept]:
+            job.show(progress=False)
+
+    @Slot()
     def _show_progress(self) -> None:
         for job in [*self._kept]:
-            job.show_progress()
+            job.show()
         if not self._kept:
             self._progress.stop()
 

@@ -156,6 +156,7 @@ def open_window(request, display, settings_file):
 
     if not request.session.testsfailed:  # reports of failures keep what they show
         qtbot.waitUntil(gone)
+    gc.enable()  # the windows collected in Python's place
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import os
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -128,64 +127,6 @@ def test_a_filter_with_two_inputs_takes_the_second_from_a_layer(user, ant, tmp_p
             vtk_to_numpy(user.mesh.GetPointData().GetArray(name)),
             vtk_to_numpy(expected.GetPointData().GetArray(name)),
         )
-
-
-def test_progress_that_is_told_faster_than_it_is_shown_holds_up_nothing(qtbot):
-    from PySide6.QtCore import QTimer
-
-    from vtksmooth_gui.controllers.jobs import Jobs
-
-    jobs, rung, turns, shown = Jobs(), threading.Event(), [], []
-
-    def work(context):
-        for _ in range(1000):
-            context.tell(0.5, "")
-            if rung.wait(0.005):
-                return len(shown)
-        raise AssertionError("the event loop makes no turns")
-
-    def show(*told):
-        shown.append(told)
-        time.sleep(0.02)
-
-    def turn():
-        turns.append(len(shown))
-        if len(turns) == 10:
-            rung.set()
-
-    timer = QTimer(interval=0)
-    timer.timeout.connect(turn)
-    job = jobs.start("work", work)
-    job.progressed.connect(show)
-    job.progressed.connect(lambda *_: timer.start())
-    with qtbot.waitSignal(job.done, timeout=60_000) as done:
-        pass
-    timer.stop()
-    assert done.args[0] > 0
-    qtbot.waitUntil(lambda: jobs.idle)
-
-
-def test_progress_never_comes_before_what_was_sent_before_it(qtbot):
-    from vtksmooth_gui.controllers.jobs import Jobs
-
-    jobs, told, shown, seen = Jobs(), threading.Event(), threading.Event(), []
-
-    def work(context):
-        context.send("part")
-        context.tell(0.5, "")
-        told.set()
-        assert shown.wait(60)
-
-    job = jobs.start("work", work)
-    job.sent.connect(seen.append)
-    job.progressed.connect(lambda *_: seen.append("progress"))
-    assert told.wait(60)
-    job.show_progress()  # the timer's turn, before that of the events that wait
-    assert seen == ["part", "progress"]
-    with qtbot.waitSignal(job.done, timeout=60_000):
-        shown.set()
-    assert seen == ["part", "progress"]
-    qtbot.waitUntil(lambda: jobs.idle)
 
 
 def test_cancel_stops_a_run_and_leaves_the_mesh(user, big):
