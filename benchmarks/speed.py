@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import itertools
 import json
 import os
 import platform
@@ -466,14 +467,15 @@ def _ratio(pair: Sequence[float], digits: int = 0) -> str:
     return f"{pair[0]:.{digits}f} : {pair[1]:.{digits}f} = {pair[0] / pair[1]:.2f}"
 
 
-def _ratio_section(run: Runner, files: dict[str, str], repeats: int) -> list[str]:
+def _ratio_section(run: Runner, sizes: dict[str, int], folder: Path, repeats: int) -> list[str]:
     import tables
 
     threads = len(os.sched_getaffinity(0))
     rows = []
-    for name, path in files.items():
-        # On the larger mesh once, with all threads: set-up dominates there.
-        large = not name.startswith(next(iter(files)).split(",")[0])
+    for size, order in itertools.product(sizes, ORDERS):
+        name, path = f"{size}, {order}", str(folder / f"{size}-{order}.npz")
+        # Large meshes once, with all threads: set-up dominates there.
+        large = sizes[size] > 500_000
         for count in [threads] if large else sorted({1, threads}):
             r = run("ratio", count, path=path, repeats=1 if large else repeats)
             if "failed" in r:
@@ -541,9 +543,7 @@ def benchmark(
                 mesh = shapes.sphere(triangles, NOISE, shuffled=order == "shuffled")
                 _write_mesh(folder / f"{name}-{order}.npz", mesh)
         names = list(sizes)
-        # The size nearest to 160 k triangles, and the next.
-        at = min(range(len(names)), key=lambda i: abs(sizes[names[i]] - 160_000))
-        middle = names[at]
+        middle = min(names, key=lambda name: abs(sizes[name] - 160_000))
         label, real = _real_mesh(data)
         real_path = _write_mesh(folder / "real.npz", real)
         targets = [
@@ -551,12 +551,7 @@ def benchmark(
             (label, real_path, BOUNDS["real"]),
         ]
         start = _start_section(run, str(folder / f"{names[0]}-{ORDERS[0]}.npz"), repeats)
-        ratio_files = {
-            f"{name}, {order}": str(folder / f"{name}-{order}.npz")
-            for name in dict.fromkeys((middle, names[min(at + 1, len(names) - 1)]))
-            for order in ORDERS
-        }
-        ratios = _ratio_section(run, ratio_files, repeats)
+        ratios = _ratio_section(run, sizes, folder, repeats)
         reached = _quality_section(run, targets, labels)
         speeds = _speed_section(_speeds(run, sizes, folder, repeats, labels), names, labels)
     minutes = (time.monotonic() - began) / 60.0

@@ -49,7 +49,7 @@ def test_the_fused_sweep_gives_the_bits_of_the_parts(name, small_blocks, monkeyp
         mesh = mesh.with_points(mesh.points * {"tiny": 1e-25, "huge": 1e25}[name])
     elif name == "fan":
         mesh = meshes.joined(
-            *(meshes.fan(valence, height=0.2) for valence in (3, 4, 5, 6, 7, 7, 17, 40, 200))
+            *(meshes.fan(valence, height=0.2) for valence in (3, 4, 5, 6, 7, 7, 17, 40, 200, 300))
         )
     elif name == "nearly_equal_angles":  # for float32 they are equal
         mesh = meshes.joined(*(meshes.fan(valence) for valence in (3, 5, 7, 9) * 50))
@@ -69,15 +69,17 @@ def test_the_fused_sweep_gives_the_bits_of_the_parts(name, small_blocks, monkeyp
 
 
 def test_the_fused_sweep_is_what_trapezium_drawing_uses():
-    for constraints, fused in (
-        ([Gate("aspect")], True),
-        ([Boundary(sliding=False), Gate("aspect")], True),
-        ([Boundary(sliding=True), Gate("aspect")], False),
-        ([Gate("angle")], False),
-        ([DeviationBound(1.0), Gate("aspect")], False),
+    torus = meshes.torus(12, 8)
+    for constraints, fused, mesh in (
+        ([Gate("aspect")], True, torus),
+        ([Gate("aspect")], True, meshes.fan(300)),
+        ([Boundary(sliding=False), Gate("aspect")], True, torus),
+        ([Boundary(sliding=True), Gate("aspect")], False, torus),
+        ([Gate("angle")], False, torus),
+        ([DeviationBound(1.0), Gate("aspect")], False, torus),
     ):
         run = loop._Run(
-            meshes.torus(12, 8),
+            mesh,
             TrapeziumDrawing(),
             constraints,
             None,

@@ -45,7 +45,7 @@ def difference(state: State, other: State) -> tuple[Values, Values | None, dict[
     assert state.surface is not None
     assert other.surface is not None
     mine, its = state.surface.mesh, other.surface.mesh
-    used, its_used = (np.unique(mesh.connectivity) for mesh in (mine, its))
+    used, its_used = (mesh.used_points for mesh in (mine, its))
     distances = np.full(state.n_points, np.nan)
     same = state.has_same_faces(other)
     back = None

@@ -93,7 +93,7 @@ def points_between(values: Field, low: float, high: float) -> Int64:
     if values.on_points:
         return np.flatnonzero(inside)
     mesh = values.surface.mesh
-    return np.unique(mesh.connectivity[np.repeat(inside, mesh.face_sizes)]).astype(np.int64)
+    return np.flatnonzero(np.bincount(mesh.connectivity[np.repeat(inside, mesh.face_sizes)]))
 
 
 @dataclass(frozen=True, eq=False)

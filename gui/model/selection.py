@@ -43,7 +43,7 @@ def points_of_faces(state: State, faces: Faces) -> npt.NDArray[np.int64]:
     mesh = state.surface.mesh
     chosen = np.zeros(mesh.n_faces, np.bool_)
     chosen[faces] = True
-    return np.unique(mesh.connectivity[np.repeat(chosen, mesh.face_sizes)]).astype(np.int64)
+    return np.flatnonzero(np.bincount(mesh.connectivity[np.repeat(chosen, mesh.face_sizes)]))
 
 
 def patch(state: State, face: int, angle: float) -> npt.NDArray[np.int64]:
@@ -70,7 +70,7 @@ def patch(state: State, face: int, angle: float) -> npt.NDArray[np.int64]:
     numbers = vtk_to_numpy(found.GetPointData().GetArray("number"))
     # The filter keeps all points.
     used = vtk_to_numpy(found.GetPolys().GetConnectivityArray())
-    return np.unique(numbers[used]).astype(np.int64)
+    return np.flatnonzero(np.bincount(numbers[used]))
 
 
 def face_points(state: State, face: int) -> npt.NDArray[Any]:

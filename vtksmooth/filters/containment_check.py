@@ -97,7 +97,7 @@ class ContainmentCheck(Filter):
             _settle_signs(space, mesh.points, distances, tolerance)
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)
-        used = distances[np.unique(triangles)]
+        used = distances[np.flatnonzero(np.bincount(triangles.ravel()))]
         self.summary = {
             "vertices_outside": int((used > tolerance).sum()),
             "max_outside": float(max(0.0, used.max())),

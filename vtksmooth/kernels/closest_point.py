@@ -342,13 +342,14 @@ class ClosestPoint:
         queries = np.ascontiguousarray(queries, dtype=np.float64)
         closest, distance = np.empty_like(queries), np.empty(len(queries))
         parallel.run(
-            _closest_points, *parallel.ranges(len(queries), 1024), self.tree, queries, closest, distance
-        )
+            _closest_points, *parallel.ranges(len(queries)), self.tree, queries, closest, distance,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip
         return closest, distance
 
     def project(self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, proposed: Float64) -> None:
         """Replace the targets that differ from `points` by the closest points of the surface."""
-        parallel.run(_limit, starts, ends, self.tree, points, pinned, -1.0, proposed)
+        self.limit(starts, ends, points, pinned, -1.0, proposed)
 
     def limit(
         self, starts: Int64, ends: Int64, points: Float64, pinned: UInt8, distance: float, proposed: Float64
@@ -357,4 +358,7 @@ class ClosestPoint:
 
         What is tried: the whole step, a half, a quarter, an eighth, none.
         """
-        parallel.run(_limit, starts, ends, self.tree, points, pinned, distance, proposed)
+        parallel.run(
+            _limit, starts, ends, self.tree, points, pinned, distance, proposed,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip

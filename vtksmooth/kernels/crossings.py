@@ -8,6 +8,7 @@ import numpy.typing as npt
 from . import parallel
 from .closest_point import FLAT, LEAF, ClosestPoint
 from .compiled import allocating, device, kernel
+from .mesh import widen
 
 Bool = npt.NDArray[np.bool_]
 Float64 = npt.NDArray[np.float64]
@@ -42,14 +43,6 @@ def no_box(box):  # type: ignore[no-untyped-def]
     for axis in range(3):
         box[0, axis] = np.inf
         box[1, axis] = -np.inf
-
-
-@device
-def widen(box, points, v):  # type: ignore[no-untyped-def]
-    """Make the box hold v."""
-    for axis in range(3):
-        box[0, axis] = min(box[0, axis], points[v, axis])
-        box[1, axis] = max(box[1, axis], points[v, axis])
 
 
 @device
@@ -373,7 +366,7 @@ def crossing_triangles(
     """
     result = np.empty(len(triangles), np.bool_)
     parallel.run(
-        _find, *parallel.ranges(len(triangles), 1024),
-        points, triangles, distances, space.tree, tolerance, result, smallest_share=2048,
+        _find, *parallel.ranges(len(triangles)),
+        points, triangles, distances, space.tree, tolerance, result, smallest_share=parallel.COSTLY,
     )  # fmt: skip
     return result

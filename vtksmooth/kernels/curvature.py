@@ -84,7 +84,10 @@ def mean_curvatures(mesh: Mesh, near: Adjacency) -> Float64:
     0 where there is none: at the border, at irregular vertices, and where all faces are degenerate.
     """
     curvature = np.empty(mesh.n_points)
-    parallel.run(_mean_curvatures, *parallel.ranges(mesh.n_points), mesh.points, near, curvature)
+    parallel.run(
+        _mean_curvatures, *parallel.ranges(mesh.n_points), mesh.points, near, curvature,
+        smallest_share=parallel.COSTLY,
+    )  # fmt: skip
     return curvature
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidMeshError
-from .compiled import kernel
+from .compiled import device, kernel
 
 #: Topology is kept in 32 bits: half the memory traffic of 64, and no mesh of 700 million triangles
 #: fits the rest of the machine.
@@ -105,7 +105,7 @@ class Mesh:
         largest = np.abs(self.points).max()
         if largest <= _LARGEST_COORDINATE:
             return
-        used = np.unique(self.connectivity)
+        used = self.used_points
         coordinates = self.points[used]
         bad = used[~np.isfinite(coordinates).all(axis=1)]
         if len(bad):
@@ -144,6 +144,11 @@ class Mesh:
         return len(self.connectivity) == 3 * self.n_faces and bool((self.face_sizes == 3).all())
 
     @property
+    def used_points(self) -> npt.NDArray[np.int64]:
+        """Numbers of the points that faces use, rising, int64."""
+        return np.flatnonzero(np.bincount(self.connectivity))  # np.unique takes thirty times as long
+
+    @property
     def diagonal(self) -> float:
         """Length of the bounding box's diagonal, over the points that faces use."""
         if not len(self.connectivity):
@@ -153,9 +158,15 @@ class Mesh:
         return float(np.linalg.norm(box[1] - box[0]))
 
 
+@device
+def widen(box, points, v):  # type: ignore[no-untyped-def]
+    """Make the box (2, 3), low and high corner, hold v."""
+    for axis in range(3):
+        box[0, axis] = min(box[0, axis], points[v, axis])
+        box[1, axis] = max(box[1, axis], points[v, axis])
+
+
 @kernel
 def _widen(points, connectivity, box):  # type: ignore[no-untyped-def]
     for c in range(connectivity.size):
-        for axis in range(3):
-            box[0, axis] = min(box[0, axis], points[connectivity[c], axis])
-            box[1, axis] = max(box[1, axis], points[connectivity[c], axis])
+        widen(box, points, connectivity[c])

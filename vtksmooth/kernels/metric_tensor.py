@@ -327,5 +327,6 @@ def eigen_systems(mesh: Mesh, near: Adjacency, weight: str = "area") -> tuple[Fl
     parallel.run(
         _eigen_systems, *parallel.ranges(n),
         mesh.points, near, face_normals(mesh), WEIGHTS.index(weight), values, vectors, sums,
+        smallest_share=parallel.COSTLY,
     )  # fmt: skip
     return values, vectors, sums

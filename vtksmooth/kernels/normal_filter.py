@@ -196,7 +196,8 @@ def filter_normals(meter: NoiseMeter, normals: Float64, left: float, passes: int
             break
         itself = _ITSELF if turn == 0 else 0.0
         parallel.run(
-            _filter_normals, *parallel.ranges(len(normals)), meter.near, _REACH * left, itself, result, spare
-        )
+            _filter_normals, *parallel.ranges(len(normals)), meter.near, _REACH * left, itself, result,
+            spare, smallest_share=parallel.COSTLY,
+        )  # fmt: skip
         result, spare = spare, result if result is not normals else np.empty_like(normals)
     return result

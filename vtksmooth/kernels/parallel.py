@@ -22,8 +22,9 @@ from ..errors import ParameterError
 
 Int64 = npt.NDArray[np.int64]
 
-#: Below this many vertices handing work to threads costs more than it saves.
-SMALLEST_SHARE = 20_000
+#: Below this many vertices for each thread handing work over costs more than it saves: where a vertex takes
+#: some ten nanoseconds, and where it takes hundreds.
+SMALLEST_SHARE, COSTLY = 20_000, 300
 
 _threads = 0
 _helpers: list[threading.Thread] = []
@@ -87,7 +88,7 @@ def _shares(count: int, threads: int) -> tuple[list[int], list[slice]]:
     return firsts, shares
 
 
-def ranges(n: int, size: int = 4096) -> tuple[Int64, Int64]:
+def ranges(n: int, size: int = 1024) -> tuple[Int64, Int64]:
     """Cut 0..n into ranges of `size`; return their starts and ends, int64."""
     starts = np.arange(0, n, size, dtype=np.int64)
     return starts, np.minimum(starts + size, n)
@@ -100,7 +101,7 @@ def run(
 
     The ranges must rise, and the kernel must write only to places that belong to its ranges. What the calls
     return comes back as a list. Kernels that do much for each vertex gain from threads with fewer of them:
-    they say so by `smallest_share`.
+    for them `smallest_share` is :data:`COSTLY`.
     """
     smallest = SMALLEST_SHARE if smallest_share is None else min(smallest_share, SMALLEST_SHARE)
     # Where the mesh is small nothing needs to be counted: that takes a tenth of a quick kernel's time.

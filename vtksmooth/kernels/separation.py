@@ -306,7 +306,7 @@ def refreshed(
     size = np.empty(len(chosen), np.int64)
     found = parallel.run(
         _gather, *parallel.ranges(len(chosen)), chosen, old.triangles, pinned, old.anchor, old.reach, known,
-        space.tree, tolerance, size, smallest_share=1000,
+        space.tree, tolerance, size, smallest_share=parallel.COSTLY,
     )  # fmt: skip
     old.row[chosen] = np.minimum(size, FREE)
     full = size > 0

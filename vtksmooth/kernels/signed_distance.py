@@ -157,8 +157,8 @@ class SignedDistanceTree:
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         distances = np.empty(len(points))
         parallel.run(
-            _signed_distances, *parallel.ranges(len(points), 1024),
-            self.tree, self.normals, points, float(most), distances, smallest_share=2048,
+            _signed_distances, *parallel.ranges(len(points)),
+            self.tree, self.normals, points, float(most), distances, smallest_share=parallel.COSTLY,
         )  # fmt: skip
         return distances
 

@@ -293,7 +293,7 @@ def refreshed(
     size = np.empty(len(chosen), np.int64)
     found: list[Any] = parallel.run(
         _gather, *parallel.ranges(len(chosen), 512), chosen, points, near.ring_offsets, near.ring, known,
-        space.tree, space.normals, space.closed, limit, tolerance, kept, size, smallest_share=1000,
+        space.tree, space.normals, space.closed, limit, tolerance, kept, size, smallest_share=parallel.COSTLY,
     )  # fmt: skip
     # What vertices had before stays behind, unused.
     last = kept.filled + np.cumsum(size)

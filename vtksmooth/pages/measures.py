@@ -103,6 +103,6 @@ def _distances(before: dict[str, Any], after: dict[str, Any], original: Any, res
 
 def _distance(of: Surface, to: Surface) -> np.ndarray:
     """Return how far the points that faces of one surface use are from the other."""
-    points = of.mesh.points[np.unique(of.mesh.connectivity)]
+    points = of.mesh.points[of.mesh.used_points]
     distance: np.ndarray = ClosestPoint(to.mesh).query(points)[1]
     return distance

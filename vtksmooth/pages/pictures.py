@@ -73,7 +73,7 @@ class Picture:
 def camera_of(mesh: Any) -> Camera:
     """Look obliquely at the mesh's broad side, so that it fills the frame."""
     faces = surface_of(mesh).mesh
-    points = faces.points[np.unique(faces.connectivity)]
+    points = faces.points[faces.used_points]
     points = points[np.isfinite(points).all(axis=1)]
     centred = points - points.mean(axis=0)
     right, up, towards = np.linalg.eigh(centred.T @ centred)[1].T[::-1]

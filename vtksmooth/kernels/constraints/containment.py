@@ -135,7 +135,7 @@ class Containment(Constraint):
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         results = parallel.run(
             _stay_inside, starts, ends,
-            state.points, state.pinned, self.guard, proposed, smallest_share=2000,
+            state.points, state.pinned, self.guard, proposed, smallest_share=parallel.COSTLY,
         )  # fmt: skip
         for checked, asked in results:
             self.count(checked, asked)

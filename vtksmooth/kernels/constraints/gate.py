@@ -209,4 +209,5 @@ class Gate(Constraint):
         parallel.run(
             _gate, starts, ends, self.kind, state.points, state.near, state.reference,
             MARGIN, self.worst, self.floor, proposed, self._refused,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip

@@ -335,7 +335,7 @@ class LocalVolume(Constraint):
     def _find_bodies(self, state: State) -> None:
         topology, n = state.topology, len(state.points)
         root = components(topology)
-        roots = np.unique(root[topology.connectivity])
+        roots = np.flatnonzero(np.bincount(root[topology.connectivity]))
         self._bodies = max(1, len(roots))
         self._body = np.empty(0, np.int32)
         if len(roots) > 1:
@@ -370,7 +370,7 @@ class LocalVolume(Constraint):
             return
         parallel.run(
             _one_by_one, starts, ends, state.points, state.near, state.reference, state.pinned,
-            self._flux, direction, HALVINGS, proposed,
+            self._flux, direction, HALVINGS, proposed, smallest_share=parallel.COSTLY,
         )  # fmt: skip
         # They shorten steps, and what one vertex sweeps is linear in its step: nothing stays nothing.
         for bound in self._bounds:
@@ -394,8 +394,9 @@ class LocalVolume(Constraint):
             proposed[outside] = points[outside]
             withdraw(points, proposed, near, state.reference, 0, held)
             if attempt >= _WIDENING:  # ring after ring, so that it comes to an end
-                faces = np.unique(near.corner_face[held[near.connectivity] != 0])
-                held[near.connectivity[np.isin(near.corner_face, faces)]] = 1
+                reached = np.zeros(state.topology.n_faces, dtype=bool)
+                reached[near.corner_face[held[near.connectivity] != 0]] = True
+                held[near.connectivity[reached[near.corner_face]]] = 1
                 proposed[held != 0] = points[held != 0]
             self._sweep(state, proposed)
         else:

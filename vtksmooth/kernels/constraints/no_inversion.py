@@ -185,8 +185,9 @@ class NoInversion(Constraint):
         points, near, reference = state.points, state.near, state.reference
         if state.in_place:
             parallel.run(
-                _shorten_each, starts, ends, points, near, reference, state.pinned, HALVINGS, proposed
-            )
+                _shorten_each, starts, ends, points, near, reference, state.pinned, HALVINGS, proposed,
+                smallest_share=parallel.COSTLY,
+            )  # fmt: skip
             return
         faces = parallel.ranges(len(near.offsets) - 1)
         if sum(parallel.run(_count, *faces, points, proposed, near, reference)):

@@ -202,6 +202,7 @@ class NullSpace(Constraint):
         parallel.run(
             frame, starts, ends, state.points, state.near, self._normals, state.pinned,
             state.features.classes, state.features.ridge_ring, _LIMITS, True, proposed, self.direction,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip
 
 
@@ -220,4 +221,5 @@ def directions(state: State, starts: Int64, ends: Int64, normals: Float64, direc
     parallel.run(
         frame, starts, ends, state.points, state.near, normals, state.pinned,
         _NO_CLASSES, _NO_RINGS, _LIMITS, False, direction, direction,
+        smallest_share=parallel.COSTLY,
     )  # fmt: skip

@@ -115,4 +115,7 @@ class AngleBased(Scheme):
         self.weighted = weighted
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        parallel.run(_propose, starts, ends, state.points, state.near, state.pinned, self.weighted, proposed)
+        parallel.run(
+            _propose, starts, ends, state.points, state.near, state.pinned, self.weighted, proposed,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip

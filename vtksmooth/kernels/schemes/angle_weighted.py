@@ -73,5 +73,6 @@ class AngleWeighted(Scheme):
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
-            _propose, starts, ends, state.points, state.near, state.pinned, self.relaxation, proposed
-        )
+            _propose, starts, ends, state.points, state.near, state.pinned, self.relaxation, proposed,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip

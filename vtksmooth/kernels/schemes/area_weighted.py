@@ -72,5 +72,6 @@ class AreaWeighted(Scheme):
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
-            _propose, starts, ends, state.points, state.near, state.pinned, self.relaxation, proposed
-        )
+            _propose, starts, ends, state.points, state.near, state.pinned, self.relaxation, proposed,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip

@@ -102,4 +102,5 @@ class Equilateral(Scheme):
         parallel.run(
             _propose, starts, ends,
             state.points, state.near, state.reference, state.pinned, self.relaxation, proposed,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip

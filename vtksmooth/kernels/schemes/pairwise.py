@@ -24,9 +24,6 @@ Int64 = npt.NDArray[np.int64]
 #: Vertices of a block: its rows fit a core's second-level cache.
 BLOCK_SIZE = 2048
 
-#: Least edges for which another thread is worth waking: an edge costs as much as dozens of umbrellas.
-_SMALLEST_SHARE = 1000
-
 #: The two rows of an edge's system are the same up to rounding: the pair has no best place.
 _SINGULAR = 1e-12
 
@@ -315,7 +312,7 @@ def _move(v, end, rows, d):  # type: ignore[no-untyped-def]
 
 
 @device
-def _stars_may_go(guard, i, j, rows, d, old, room, new):  # type: ignore[no-untyped-def]
+def _try_both(guard, i, j, rows, d, old, room, new):  # type: ignore[no-untyped-def]
     # Whether the triangles round both ends, too, may be where the steps take them; that is tried out.
     for axis in range(3):
         old[0, axis] = rows[i, axis]
@@ -352,7 +349,7 @@ def _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new):  # type:
             )  # fmt: skip
             asked += queries
     if good and exact:
-        good = _stars_may_go(guard, i, j, rows, d, old, room, new)
+        good = _try_both(guard, i, j, rows, d, old, room, new)
     return good, asked
 
 
@@ -530,7 +527,7 @@ class Pairwise(EdgeScheme):
             results = parallel.run(
                 _sweep, starts, ends,
                 edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows, guard,
-                smallest_share=_SMALLEST_SHARE,
+                smallest_share=parallel.COSTLY,
             )  # fmt: skip
             # What observers see, and whoever cancels, is whole.
             parallel.run(_take, *everything, self.rows, state.points)

@@ -111,4 +111,5 @@ class TrapeziumDrawing(Scheme):
         parallel.run(
             _propose, starts, ends,
             state.points, near.star_offsets, near.star, state.pinned, state.widest_star, proposed,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip

@@ -41,8 +41,9 @@ _SHORTEST, _LONGEST = 1e-30, 1e30
 #: Rows of a neighbour in what :func:`_read_rings` writes: its coordinates, and the square of its distance.
 _ROWS = 4
 
-#: Larger rings are left to the parts.
-WIDEST_RING = 255
+#: Larger rings are left to the parts. Of those larger than the second number no cosines are kept: any mesh
+#: may have a hub, and cosines take room by the square.
+WIDEST_RING, _KEPT = 4095, 255
 
 #: Kinds of vertices: the first of its colour; one whose faces do not follow each other in its ring; the first
 #: of four in a row that are free, of one colour and with rings of one size.
@@ -294,7 +295,8 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
     place = np.empty(_ROWS * widest * WIDTH)
     unit = np.empty((3 * widest, WIDTH))
     thin_unit = np.empty((3 * widest, WIDTH), np.float32)
-    cosines = np.empty((widest * widest, WIDTH), np.float32)
+    kept = min(widest, _KEPT)
+    cosines = np.empty((kept * kept, WIDTH), np.float32)
     partner = np.empty((widest, WIDTH), np.int32)
     old = np.empty((widest, WIDTH))
     new = np.empty((widest, WIDTH))
@@ -336,9 +338,10 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
             ox, oy, oz = gather(points, a, b, c, d)
             first = (np.uintp(offsets[a]), np.uintp(offsets[b]), np.uintp(offsets[c]), np.uintp(offsets[d]))
             sure = _read_rings(size, ring, first, points, ox, oy, oz, place, thin_unit)
-            sure = sure & _find_partners(size, thin_unit, cosines, partner)
+            if size <= kept:
+                sure = sure & _find_partners(size, thin_unit, cosines, partner)
             partners = spread(float(max(size, 1)))
-            if not everywhere(sure):
+            if size > kept or not everywhere(sure):
                 partners = _find_partners_surely(size, place, ox, oy, oz, unit, partner)
             x, y, z = _displacement(size, place, partner, partners)
             x += ox
