@@ -176,6 +176,18 @@ def test_the_layers_of_the_application_notice(module, source):
     assert len(list(gui_violations(source, module))) == 1
 
 
+def test_arrays_are_handed_to_vtk_in_one_place():
+    """Elsewhere a view of VTK's memory could be handed back to VTK, see ``vtk_array``."""
+    names = {"numpy_to_vtk", "numpy_to_vtkIdTypeArray", "SetVoidArray", "dsa", "dataset_adapter"}
+    users = set()
+    for file in (*FILES, *GUI_FILES):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            used = {getattr(node, key, None) for key in ("id", "attr", "name")}
+            if names & used:
+                users.add(module_of(file))
+    assert users == {"vtksmooth.filters.arrays"}
+
+
 def module_imported(name):
     """The module that a dotted name is, or that it is found in."""
     while name not in NAMES:

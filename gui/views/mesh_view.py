@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QMouseEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkFloatArray, vtkLookupTable
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import (
@@ -19,6 +19,8 @@ from vtkmodules.vtkRenderingCore import (
     vtkTextActor,
     vtkWindowToImageFilter,
 )
+
+from vtksmooth.filters.arrays import vtk_array
 
 from ..model.field import Field
 from ..model.state import State, shares_geometry
@@ -85,8 +87,7 @@ class _Surface:
         if field is None or table is None or self.mesh is None:
             self.mapper.ScalarVisibilityOff()
             return
-        array = numpy_to_vtk(np.ascontiguousarray(field.values if field.on_points else field.of_cells))
-        array.SetName(_VALUES)
+        array = vtk_array(field.values if field.on_points else field.of_cells, _VALUES)
         (data.GetCellData() if field.on_points else data.GetPointData()).Initialize()
         (data.GetPointData() if field.on_points else data.GetCellData()).SetScalars(array)
         self.mapper.SetLookupTable(table)
@@ -104,7 +105,7 @@ class _Surface:
 def _lookup_table(scale: Scale) -> vtkLookupTable:
     table = vtkLookupTable()
     alpha = np.full((len(scale.colours), 1), 255, np.uint8)
-    colours = numpy_to_vtk(np.hstack((scale.colours, alpha)), deep=1)
+    colours = vtk_array(np.hstack((scale.colours, alpha)))
     table.SetNumberOfTableValues(len(scale.colours))
     table.SetTable(colours)
     table.SetRange(scale.low, scale.high)

@@ -104,17 +104,32 @@ def _strip_triangles(offsets: Int, corners: Int) -> tuple[Int, npt.NDArray[np.in
     return np.concatenate(triangles), np.concatenate(strips)
 
 
-def vtk_array(values: npt.NDArray[Any], name: str) -> Any:
-    """Return a VTK array over the memory of `values`, which it keeps alive."""
-    array = numpy_to_vtk(np.ascontiguousarray(values))
-    array.SetName(name)
+def _owned_by_numpy(values: npt.NDArray[Any]) -> bool:
+    """Return whether nothing but numpy, or Python itself, holds the memory of `values`."""
+    owner: Any = values
+    while type(owner) is np.ndarray and owner.base is not None:
+        owner = owner.base
+    return type(owner) in (np.ndarray, bytes)
+
+
+def vtk_array(values: npt.NDArray[Any], name: str = "") -> Any:
+    """Return a VTK array over the memory of `values`, which it keeps alive.
+
+    A view of VTK's memory is copied. VTK up to 9.5 frees memory twice when an array dies that keeps alive a
+    NumPy array which in turn keeps alive another VTK array. Nothing else in the package may call
+    ``numpy_to_vtk``.
+    """
+    values = np.ascontiguousarray(values)
+    array = numpy_to_vtk(values if _owned_by_numpy(values) else np.array(values))
+    if name:
+        array.SetName(name)
     return array
 
 
 def vtk_points(points: npt.NDArray[Any]) -> Any:
-    """Return vtkPoints over the memory of `points` (float32 or float64), which they keep alive."""
+    """Return vtkPoints over the memory of `points` (float32 or float64), as :func:`vtk_array` does."""
     result = vtkPoints()
-    result.SetData(numpy_to_vtk(np.ascontiguousarray(points)))
+    result.SetData(vtk_array(points))
     return result
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDistance
 
@@ -16,7 +17,7 @@ from ..errors import InvalidMeshError
 from ..kernels.mesh import Mesh
 from ..kernels.signed_distance import SignedDistanceTree
 from ..kernels.triangulate import triangulate
-from .arrays import points_of, surface_of, vtk_cells, vtk_points, vtk_triangles
+from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
 
@@ -147,11 +148,12 @@ class SignedDistance:
         `progress` is called with the part done, 0 to 1, several times a second; what it raises ends the call.
         """
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-        result = np.empty(len(points))
+        result, found = np.empty(len(points)), vtkDoubleArray()
         for first in range(0, len(points), _BATCH):
             progress(first / len(points))
             batch = slice(first, first + _BATCH)
-            self._function.FunctionValue(numpy_to_vtk(points[batch]), numpy_to_vtk(result[batch]))
+            self._function.FunctionValue(vtk_array(points[batch]), found)
+            result[batch] = vtk_to_numpy(found)
         return result
 
 
