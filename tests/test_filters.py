@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import reference
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
@@ -500,6 +501,24 @@ def test_comparison_with_itself_is_zero() -> None:
     for key in ("normal_deviation", "dihedral_change", "deviation"):
         assert comparison.summary[key]["max"] == 0.0
         assert comparison.summary[key]["mean"] == 0.0
+
+
+def test_the_mean_dihedral_change_of_an_open_mesh_is_over_its_inner_edges() -> None:
+    flat, bent = plane(), plane()
+    points = points_of(flat).copy()
+    random = np.random.default_rng(0).normal(scale=0.01, size=len(points))
+    points[:, 2] += random
+    raised = vtkPoints()
+    raised.SetData(numpy_to_vtk(points, deep=1))
+    bent.SetPoints(raised)
+    comparison = SurfaceComparison()
+    output = comparison(bent, flat)
+    before, after = surface_of(flat).mesh, surface_of(bent).mesh
+    old, new = reference.dihedral_angles(before), reference.dihedral_angles(after)
+    expected = np.mean([abs(new[edge] - old[edge]) for edge in old])
+    assert comparison.summary["dihedral_change"]["mean"] == pytest.approx(expected, rel=1e-6)
+    for name in ("DihedralChange", "NormalDeviation"):
+        assert np.isfinite(vtk_to_numpy(output.GetPointData().GetArray(name))).all()
 
 
 def test_open_meshes_have_no_volume() -> None:

@@ -179,6 +179,16 @@ def test_a_bound_stops_the_run_before_it_is_exceeded(rule, gate, statistic):
     assert value(measured(mesh, further)) > bound * (1 - 1e-9)
 
 
+def test_the_mean_dihedral_change_of_an_open_mesh_stops_the_run_by_its_inner_edges():
+    mesh = meshes.sheet(10, 8, jitter=0.2, bump=2.0)
+    stop = loop.StopRules(dihedral_change=2.0, statistic="mean")
+    points, report = loop.smooth(mesh, Umbrella(0.1), iterations=200, stop=stop)
+    assert report.stop_reason == "dihedral-change"
+    assert dihedral_changes(mesh, points).mean() <= 2.0
+    further, _ = loop.smooth(mesh, Umbrella(0.1), iterations=report.iterations + 1)
+    assert dihedral_changes(mesh, further).mean() > 2.0
+
+
 def test_volume_bound_of_an_open_mesh_is_swept_volume_over_the_bounding_box():
     mesh = meshes.sheet(10, 8, jitter=0.2, bump=2.0)
     box = np.ptp(mesh.points, axis=0).prod()

@@ -129,9 +129,38 @@ def test_dihedral_change():
     bent = flat.with_points(np.column_stack([np.minimum(x, 1), flat.points[:, 1], np.maximum(x - 1, z)]))
     change = measure.dihedral_change(flat, bent, *edges)
     middle = (flat.points[edges[0]][:, :, 0] == 1).all(axis=1)
-    np.testing.assert_allclose(change, np.where(middle, 90, 0), atol=1e-12)
+    inner = (edges[1] >= 0).all(axis=1)
+    np.testing.assert_array_equal(np.isnan(change), ~inner)
+    np.testing.assert_allclose(change[inner], np.where(middle, 90, 0)[inner], atol=1e-12)
     np.testing.assert_allclose(measure.dihedral_change(bent, flat, *edges), change)
-    np.testing.assert_array_equal(measure.dihedral_change(bent, bent, *edges), 0)
+    np.testing.assert_array_equal(measure.dihedral_change(bent, bent, *edges)[inner], 0)
+
+
+@pytest.mark.parametrize("name", ["sheet of triangles", "mixed torus", "moebius", "non_manifold_edge"])
+def test_the_mean_dihedral_change_is_over_the_edges_that_have_an_angle(name):
+    mesh = {**meshes.USUAL, **meshes.HOSTILE}[name]()
+    after = thrown(mesh, 0.02)
+    change = measure.dihedral_change(mesh, after, *adjacency.edges(adjacency.build(mesh)))
+    a, b = reference.dihedral_angles(mesh), reference.dihedral_angles(after)
+    expected = np.array([abs(b[edge] - a[edge]) for edge in a])
+    assert 0 < len(expected) <= len(change)
+    assert np.count_nonzero(~np.isnan(change)) == len(expected)
+    found = measure.largest_and_mean(change)
+    assert found == pytest.approx((expected.max(), expected.mean()), abs=1e-5)
+
+
+def test_what_has_no_angle_does_not_count():
+    # A face that collapses has no normal: neither have its edges an angle, nor the point of it alone.
+    before = meshes.sheet(2, 1)
+    collapsed = before.points.copy()
+    corner = np.flatnonzero(np.bincount(before.connectivity) == 1)[0]
+    face = next(f for f in meshes.lists(before) if corner in f)
+    collapsed[corner] = collapsed[next(p for p in face if p != corner)]
+    after = before.with_points(collapsed)
+    assert np.isnan(measure.normal_deviation(before, after)[corner])
+    edges = adjacency.edges(adjacency.build(before))
+    assert np.isnan(measure.dihedral_change(before, after, *edges)).sum() > (edges[1] < 0).any(axis=1).sum()
+    assert measure.largest_and_mean(np.array([np.nan, np.nan])) == (0.0, 0.0)
 
 
 @given(seed=st.integers(0, 2**32), degrees=st.floats(0, 180))
@@ -173,8 +202,11 @@ def test_hostile_meshes_are_measured(name):
     mesh = meshes.HOSTILE[name]()
     near = adjacency.build(mesh)
     after = thrown(mesh, 0.01)
-    used = near.border != adjacency.ISOLATED
-    assert np.isfinite(measure.normal_deviation(mesh, after)[used]).all()
-    assert np.isfinite(measure.dihedral_change(mesh, after, *adjacency.edges(near))).all()
+    has_normal = [measure.ring_normals(state).any(axis=1) for state in (mesh, after)]
+    np.testing.assert_array_equal(
+        np.isfinite(measure.normal_deviation(mesh, after)), np.logical_and(*has_normal)
+    )
+    change = measure.dihedral_change(mesh, after, *adjacency.edges(near))
+    assert np.isfinite(measure.largest_and_mean(change)).all()
     assert np.isfinite(measure.swept_volume(mesh, after))
     assert np.isfinite(measure.signed_volume(mesh))

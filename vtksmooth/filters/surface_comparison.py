@@ -25,6 +25,11 @@ class SurfaceComparison(Filter):
     ``AspectRatio``, signed against the original's directions. Both meshes must have the same points and
     faces.
 
+    Maximum and mean of the dihedral change are those of the edges that have a dihedral angle: edges of
+    exactly two faces that agree on the orientation and have an area in both meshes. Edges of the boundary and
+    non-manifold edges do not count. In the same way those of the normal deviation are over the points that
+    have a normal in both. Points without such an edge, or without a normal, have 0 in the arrays.
+
     Attributes
     ----------
     summary : dict
@@ -67,7 +72,7 @@ class SurfaceComparison(Filter):
         dihedral = measure.dihedral_change(before.mesh, after.mesh, edge_ends, edge_faces)
         at_points = np.zeros(before.mesh.n_points)
         for end in range(2):
-            np.maximum.at(at_points, edge_ends[:, end], dihedral)
+            np.fmax.at(at_points, edge_ends[:, end], dihedral)
         self.progress(0.4)
         used = near.border != adjacency.ISOLATED
         deviation, back = np.zeros(before.mesh.n_points), np.zeros(before.mesh.n_points)
@@ -82,8 +87,8 @@ class SurfaceComparison(Filter):
         largest = float(max(deviation.max(), back.max()))
         volume = measure.signed_volume(before.mesh) if summary["closed"] else 0.0
         summary |= {
-            "normal_deviation": {"max": float(normals[used].max()), "mean": float(normals[used].mean())},
-            "dihedral_change": {"max": float(dihedral.max()), "mean": float(dihedral.mean())},
+            "normal_deviation": _statistics(normals),
+            "dihedral_change": _statistics(dihedral),
             "volume_change_percent": 100.0 * swept / abs(volume) if volume else None,
             "swept_volume": swept,
             "deviation": {
@@ -95,7 +100,7 @@ class SurfaceComparison(Filter):
         self.summary = summary
         output = output_like(result)
         data = output.GetPointData()
-        data.AddArray(vtk_array(normals, "NormalDeviation"))
+        data.AddArray(vtk_array(np.nan_to_num(normals), "NormalDeviation"))
         data.AddArray(vtk_array(at_points, "DihedralChange"))
         data.AddArray(vtk_array(np.nan_to_num(after.mesh.points - before.mesh.points), "Displacement"))
         data.AddArray(vtk_array(deviation, "Deviation"))
@@ -110,6 +115,11 @@ class SurfaceComparison(Filter):
         add_field(output, "SweptVolume", swept)
         self.progress(1.0)
         return output
+
+
+def _statistics(values: np.ndarray) -> dict[str, float]:
+    largest, mean = measure.largest_and_mean(values)
+    return {"max": largest, "mean": mean}
 
 
 def _check_same_topology(after: Mesh, before: Mesh) -> None:

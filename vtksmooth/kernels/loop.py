@@ -424,15 +424,15 @@ class _Run:
     # -- stop rules --------------------------------------------------------------------------------
 
     def _statistic(self, values: Float64) -> float:
-        return float(values.max() if self.stop.statistic == "max" else values.mean())
+        largest, mean = measure.largest_and_mean(values)
+        return largest if self.stop.statistic == "max" else mean
 
     def _exceeded(self) -> str:
         """Return which bound the mesh exceeds now, or ''."""
         stop, state = self.stop, self.state
         before, after = state.original, state.mesh
         if stop.normal_deviation is not None:
-            used = state.near.border != adjacency.ISOLATED
-            deviation = measure.normal_deviation(before, after)[used]
+            deviation = measure.normal_deviation(before, after)
             if self._statistic(deviation) > stop.normal_deviation:
                 return "normal-deviation"
         if stop.dihedral_change is not None:

@@ -161,13 +161,14 @@ def swept_volume(before: Mesh, after: Mesh) -> float:
 def normal_deviation(before: Mesh, after: Mesh) -> Float64:
     """Return the angle between the vertex normals (area-weighted) of two states, (n,), degrees.
 
-    0 where a normal does not exist.
+    NaN where a normal does not exist in one of them: at points that no face uses, and where all faces
+    have lost their areas. :func:`largest_and_mean` leaves those out.
     """
+    normals = ring_normals(before), ring_normals(after)
     degrees = np.empty(before.n_points)
-    parallel.run(
-        _angles_between, *parallel.ranges(before.n_points),
-        ring_normals(before), ring_normals(after), degrees,
-    )  # fmt: skip
+    parallel.run(_angles_between, *parallel.ranges(before.n_points), *normals, degrees)
+    for state in normals:
+        degrees[~state.any(axis=1)] = np.nan
     return degrees
 
 
@@ -187,7 +188,30 @@ def dihedral_angles(mesh: Mesh, edge_ends: Int32, edge_faces: Int32) -> Float64:
 
 
 def dihedral_change(before: Mesh, after: Mesh, edge_ends: Int32, edge_faces: Int32) -> Float64:
-    """Return the absolute change of the dihedral angle at every edge, (e,), degrees in [0, 360)."""
-    return np.abs(
+    """Return the absolute change of the dihedral angle at every edge, (e,), degrees in [0, 360).
+
+    NaN where there is no such angle: at edges of the boundary, non-manifold edges, edges whose two faces
+    disagree on the orientation, and edges of a face that has no area before or after.
+    :func:`largest_and_mean` leaves those out.
+    """
+    has_normal = np.ones(before.n_faces + 1, dtype=bool)
+    has_normal[-1] = False  # the face -1, which is none
+    for state in (before, after):
+        has_normal[:-1] &= area_vectors(state).any(axis=1)
+    change = np.abs(
         dihedral_angles(after, edge_ends, edge_faces) - dihedral_angles(before, edge_ends, edge_faces)
     )
+    change[~has_normal[edge_faces].all(axis=1)] = np.nan
+    return change
+
+
+def largest_and_mean(values: Float64) -> tuple[float, float]:
+    """Return the maximum and the mean of the values that are not NaN; zeros where there are none.
+
+    Examples
+    --------
+    >>> largest_and_mean(np.array([1.0, np.nan, 3.0]))
+    (3.0, 2.0)
+    """
+    known = values[~np.isnan(values)]
+    return (float(known.max()), float(known.mean())) if len(known) else (0.0, 0.0)
