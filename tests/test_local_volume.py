@@ -69,11 +69,16 @@ def test_corrections_by_their_definition(kind, corrections):
     assert {1, 2} <= set(classes.tolist())
     expected, _ = loop.smooth(mesh, Umbrella(0.05), [NullSpace()], iterations=1)
     d = np.array([direction(mesh, v, kind) for v, kind in enumerate(classes)])
+    free = classes < 2
+    d[~free] = 0.0
+    rings = [np.array(sorted(ring)) for ring in reference.one_rings(mesh)]
     stars = [[face for face in meshes.lists(mesh) if v in face] for v in range(mesh.n_points)]
     for _ in range(corrections):
         residual = residuals(mesh.points, expected, mesh)
-        answer = np.empty(mesh.n_points)
-        for v in range(mesh.n_points):  # (10): what a step of one along d sweeps, exactly
+        answer = np.full(mesh.n_points, np.inf)
+        for v in np.flatnonzero(~free):  # corners stay: those round them take over
+            residual[rings[v][free[rings[v]]]] += residual[v] / np.count_nonzero(free[rings[v]])
+        for v in np.flatnonzero(free):  # (10): what a step of one along d sweeps, exactly
             moved = expected.copy()
             moved[v] += d[v]
             answer[v] = shares(expected, moved, stars[v]).sum()

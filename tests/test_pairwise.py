@@ -319,8 +319,7 @@ def test_stop_rules_progress_and_cancelling():
     [
         ("gate", "aspect"), ("tangent_plane", True), ("back_to_surface", True),
         ("max_deviation_fraction", 0.1), ("max_displacement", "Radius"), ("boundary", "sliding"),
-        ("features", "slide"), ("crease_angle", 40.0), ("null_space", True), ("corrections", 1),
-        ("preserve_volume", True),
+        ("features", "slide"), ("crease_angle", 40.0), ("null_space", True),
     ],
 )  # fmt: skip
 def test_what_does_not_combine_is_refused(parameter, value):
@@ -333,7 +332,14 @@ def test_what_does_not_combine_is_refused(parameter, value):
 
 @pytest.mark.parametrize(
     ("parameter", "value"),
-    [("fixed", "Some"), ("blend", "Some"), ("features", "hold"), ("stop_normal_deviation", 90.0)],
+    [
+        ("fixed", "Some"),
+        ("blend", "Some"),
+        ("features", "hold"),
+        ("stop_normal_deviation", 90.0),
+        ("corrections", 2),
+        ("preserve_volume", True),
+    ],
 )
 def test_what_combines(parameter, value):
     mesh = pv.wrap(meshes.polydata(meshes.torus(9, 6, jitter=0.3)))

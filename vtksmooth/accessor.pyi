@@ -80,6 +80,11 @@ class VtksmoothAccessor:
         ``AspectRatio``, signed against the original's directions. Both meshes must have the same points and
         faces.
 
+        Maximum and mean of the dihedral change are those of the edges that have a dihedral angle: edges of
+        exactly two faces that agree on the orientation and have an area in both meshes. Edges of the boundary and
+        non-manifold edges do not count. In the same way those of the normal deviation are over the points that
+        have a normal in both. Points without such an edge, or without a normal, have 0 in the arrays.
+
         Parameters
         ----------
         original : pyvista.PolyData

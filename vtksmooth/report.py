@@ -44,6 +44,11 @@ class RunReport:
     volume_residuals : tuple of float
         With corrections of the local volume, the largest residual before each of the last pass and at its
         end: volume swept round a vertex, over its part of the area; model units.
+    volume_shortened : int
+        Passes in which steps were shortened, or not taken, because the volume could not be kept otherwise.
+    broken : list of str
+        Promises of constraints that do not hold, where the run was asked to check; always empty, unless
+        something is wrong with the program.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
     """
@@ -59,6 +64,8 @@ class RunReport:
     volume_rounded: float | None = None
     swept_volume: float = 0.0
     volume_residuals: tuple[float, ...] = ()
+    volume_shortened: int = 0
+    broken: list[str] = field(default_factory=list)
     irregular: int = 0
 
     def __str__(self) -> str:

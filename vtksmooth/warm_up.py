@@ -79,7 +79,7 @@ _EVERYTHING = {
     "tangent_plane": True,
     "back_to_surface": True,
     "null_space": True,
-    "corrections": 1,
+    "corrections": 0,
     "preserve_volume": False,
     "weighted": True,
     "eigenvalue_ratios": True,
@@ -96,6 +96,8 @@ _BESIDES: tuple[dict[str, object], ...] = (
     {"max_displacement": "Displacement"},
     {"null_space": True, "corrections": 0, "preserve_volume": False},
     {"null_space": True, "corrections": 0, "preserve_volume": False, "gate": "aspect"},
+    {"corrections": 1, "preserve_volume": True},
+    {"corrections": 1, "preserve_volume": True, "gate": "aspect", "boundary": "sliding"},
 )
 
 

@@ -186,7 +186,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         return constraints
 
     def make_constraints(self, diagonal: float) -> list[Constraint]:
-        """Return the constraints, containment after those that move targets."""
+        """Return the constraints."""
         return [*super().make_constraints(diagonal), *self._constraints]
 
 

@@ -218,9 +218,11 @@ class SmoothingFilter(Filter):
     _weights: npt.NDArray[Any] | None = None
 
     def make_constraints(self, diagonal: float) -> list[Constraint]:
-        """Return the constraints that dispose, the gate last: it judges what the others have left."""
+        """Return the constraints that dispose, in any order."""
         constraints: list[Constraint] = []
-        if self.tangent_plane:
+        # What steps off the surface are to remove, local corrections would give back: noise with it.
+        tangential = self.corrections and not self.null_space and not self.make_scheme().keeps
+        if self.tangent_plane or tangential:
             constraints.append(TangentPlane())
         if self.null_space:
             constraints.append(NullSpace())

@@ -2,7 +2,8 @@
 
 The loop owns what every run shares: the order of the sweeps, stop rules, progress and cancelling. With
 constraints whose promise needs neighbours to stand still (gates) it sweeps *in place*, one set of
-independent vertices after another; otherwise all vertices move at the same time.
+independent vertices after another; otherwise all vertices move at the same time. What becomes of proposals
+is the business of :mod:`~vtksmooth.kernels.disposal`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,14 +21,12 @@ from . import adjacency, features, measure, parallel, quality
 from .compiled import kernel
 from .constraints import Constraint
 from .constraints.boundary import Boundary
-from .constraints.containment import Containment
 from .constraints.displacement_bound import DisplacementBound
 from .constraints.fixed import Fixed
-from .constraints.gate import ASPECT, MARGIN, Gate
+from .disposal import Disposal
 from .guard import everywhere
 from .mesh import LARGEST_POLYGON, Mesh
-from .schemes import EdgeScheme, Scheme, trapezium_sweep
-from .schemes.trapezium import TrapeziumDrawing
+from .schemes import EdgeScheme, Fused, Scheme
 from .state import State
 
 Float64 = npt.NDArray[np.float64]
@@ -117,6 +115,7 @@ def smooth(
     stop: StopRules = StopRules(),
     progress: Progress = _ignore,
     watched: bool = False,
+    checked: bool = False,
 ) -> tuple[Float64, RunReport]:
     """Smooth `mesh` and return its new points.
 
@@ -127,7 +126,7 @@ def smooth(
     scheme : Scheme
         Proposes where vertices should go.
     constraints : sequence of Constraint
-        Decide what becomes of the proposals, in this order; gates come last. Without a
+        Decide what becomes of the proposals; in any order. Without a
         :class:`~vtksmooth.kernels.constraints.boundary.Boundary` the boundary is fixed.
     iterations : int
         Most iterations to do.
@@ -143,6 +142,8 @@ def smooth(
         ``progress(fraction, what)``, called many times per second; may raise to cancel.
     watched : bool
         Whether somebody reads what `progress` is told: then it has the measures so far, each second anew.
+    checked : bool
+        Whether to measure in the end whether the promises hold, see `RunReport.broken`.
 
     Returns
     -------
@@ -175,7 +176,7 @@ def smooth(
         if reason:
             report.stop_reason = reason
             break
-    points = run.finish()
+    points = run.finish(checked)
     report.seconds = time.perf_counter() - began
     progress(1.0, "done")
     return points, report
@@ -205,27 +206,17 @@ class _Run:
         progress: Progress,
     ) -> None:
         self.mesh, self.scheme, self.stop, self.progress = mesh, scheme, stop, progress
-        self.constraints = list(constraints)
-        if not any(isinstance(constraint, Boundary) for constraint in self.constraints):
-            self.constraints.insert(0, Boundary(sliding=False))
-        self.bound: DisplacementBound | None = None
+        given = list(constraints)
+        if not any(constraint.topic == Boundary.topic for constraint in given):
+            given.append(Boundary(sliding=False))
+        if fixed is not None:
+            given.append(Fixed(fixed))
         if max_displacement is not None:
-            self.bound = DisplacementBound(self._for_each_point("max_displacement", max_displacement))
-            gates = [number for number, c in enumerate(self.constraints) if c.in_place]
-            self.constraints.insert(min(gates, default=len(self.constraints)), self.bound)
-        for number, constraint in enumerate(self.constraints):
-            constraint.follow(self.constraints[:number])
-        self.fixed = None if fixed is None else self._for_each_point("fixed", fixed)
-        self.find_features = find_features
-        self.in_place = any(constraint.in_place for constraint in self.constraints)
+            given.append(DisplacementBound(max_displacement))
         self.on_edges = isinstance(scheme, EdgeScheme)
-        if self.on_edges:
-            for constraint in self.constraints:
-                if not constraint.on_edges:
-                    raise ParameterError(
-                        f"{constraint} cannot dispose of operations on edges: leave it out, or choose a "
-                        "scheme that moves one vertex at a time."
-                    )
+        self.disposal = Disposal(given, scheme.keeps, self.on_edges)
+        self.find_features = find_features
+        self.in_place = self.disposal.in_place
         self.report = RunReport()
         self.doing = self.measures = ""
         self.measured = 0.0
@@ -267,34 +258,24 @@ class _Run:
             self._features,
             self.order,
             face_order,
+            # The whole way would swing when all move at once; schemes that go less far do so here, too.
+            min(0.5, self.scheme.relaxation),
         )  # fmt: skip
         self._pin_giants()
-        if self.fixed is not None:
-            Fixed(self.fixed if self.order is None else self.fixed[self.order]).bind(self.state)
-        if self.bound is not None and self.order is not None:
-            self.bound.distances = self.bound.distances[self.order]
-        for constraint in self.constraints:
-            constraint.bind(self.state)
+        self.disposal.bind(self.state)
         self.scheme.bind(self.state)
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
-        self.fused = self._prepare_fused(k)
-        self.worst = float(k.min())
+        self.fused: Fused | None = None
+        if self.in_place:
+            colours = [starts for _, inner in self.classes for starts, _ in inner]
+            self.fused = self.scheme.fuse(self.state, self.disposal.acting, k, np.concatenate(colours))
         report = self.report
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
         report.mean_aspect_ratio = (self.mean_k, self.mean_k)
         report.min_aspect_ratio = (float(k.min()), float(k.min()))
         report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
-
-    def _for_each_point(self, name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
-        array = np.asarray(values)
-        if array.shape != (self.mesh.n_points,):
-            raise ParameterError(
-                f"{name} must hold one value for each of the {self.mesh.n_points} points, "
-                f"not have the shape {array.shape}."
-            )
-        return array
 
     def _pin_giants(self) -> None:
         topology = self.state.topology
@@ -329,19 +310,6 @@ class _Run:
             inner = [(rows[:, c].copy(), rows[:, c + 1].copy()) for c in range(rows.shape[1] - 1)]
             self.classes.append(((rows[:, 0].copy(), rows[:, -1].copy()), inner))
 
-    def _prepare_fused(self, k: Float64) -> trapezium_sweep.Sweep | None:
-        # Trapezium Drawing with nothing but its own gate has a kernel of its own.
-        acting = [c for c in self.constraints if not (isinstance(c, Boundary) and not c.sliding)]
-        if (
-            isinstance(self.scheme, TrapeziumDrawing)
-            and len(acting) == 1
-            and isinstance(acting[0], Gate)
-            and acting[0].kind == ASPECT
-        ):
-            colours = [starts for _, inner in self.classes for starts, _ in inner]
-            return trapezium_sweep.prepare(self.state, k, np.concatenate(colours))
-        return None
-
     def so_far(self) -> str:
         """Return the measures of the mesh as it is, or was a moment ago."""
         if time.perf_counter() - self.measured >= _MEASURE_EVERY:
@@ -355,24 +323,23 @@ class _Run:
     def iterate(self, done: float, share: float) -> str:
         """Do one iteration; return why the run must stop, or ''."""
         state = self.state
-        kept = state.points.copy() if self.stop.bounding else None
+        kept = state.points.copy() if self.stop.bounding or self.disposal.closes else None
         moved = -1
         for turn in range(self.scheme.passes):
             if self.fused is not None:
                 moved = sum(self._fused(self.fused, done, share))
                 continue
             self.scheme.prepare(state, turn)
-            for constraint in self.constraints:
-                constraint.prepare(state)
+            self.disposal.prepare(state)
             if self.on_edges:
                 moved = sum(self._operations(done, share))
             elif not self.in_place:
                 self._simultaneous(turn)
             else:
                 moved = max(0, moved) + sum(self._in_place(turn, done, share))
-        if moved == 0:
+        if moved == 0 or (kept is not None and self.disposal.closes and not self.disposal.close(state, kept)):
             return "converged"
-        exceeded = self._exceeded() if kept is not None else ""
+        exceeded = self._exceeded() if self.stop.bounding else ""
         if exceeded and kept is not None:
             state.points = kept
             return exceeded
@@ -387,8 +354,7 @@ class _Run:
 
     def _propose_and_dispose(self, turn: int, starts: Int64, ends: Int64) -> None:
         self.scheme.propose(self.state, turn, starts, ends, self.proposed)
-        for constraint in self.constraints:
-            constraint.dispose(self.state, starts, ends, self.proposed)
+        self.disposal.dispose(self.state, starts, ends, self.proposed)
 
     def _in_place(self, turn: int, done: float, share: float) -> Iterator[int]:
         if self.proposed.shape != self.state.points.shape:
@@ -400,24 +366,21 @@ class _Run:
                 yield sum(parallel.run(_carry_out, starts, ends, self.state.pinned, self.proposed, points))
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
-    def _fused(self, kept: trapezium_sweep.Sweep, done: float, share: float) -> Iterator[int]:
-        if self.worst < 0.0:  # where nothing is inverted nothing will be, and the worst is never asked for
-            self.worst = float(kept.squares.min())
+    def _fused(self, fused: Fused, done: float, share: float) -> Iterator[int]:
         for number, (blocks, _) in enumerate(self.classes):
-            yield trapezium_sweep.sweep(self.state, kept, MARGIN, self.worst, *blocks)
+            yield fused(number == 0, *blocks)
             self.progress(done + share * (number + 1) / len(self.classes), self.doing)
 
     def _operations(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, EdgeScheme)
         damping = (self.state.pinned == 0).astype(np.float64)
-        for constraint in self.constraints:
-            if constraint.damping is not None:
-                damping *= constraint.damping
-        space = next((c for c in self.constraints if isinstance(c, Containment)), None)
-        guard = everywhere() if space is None else space.guard
+        if self.disposal.factors is not None:
+            damping *= self.disposal.factors
+        guarding = [constraint for constraint in self.disposal.constraints if constraint.guard is not None]
+        guard = guarding[0].guard if guarding else everywhere()
         for part, moved, checked, asked in self.scheme.sweep(self.state, damping, guard):
-            if space is not None:
-                space.count(checked, asked)
+            for constraint in guarding:
+                constraint.count(checked, asked)
             yield moved
             self.progress(done + share * part, self.doing)
 
@@ -467,15 +430,17 @@ class _Run:
 
     # -- after the last pass -----------------------------------------------------------------------
 
-    def finish(self) -> Float64:
+    def finish(self, checked: bool) -> Float64:
         """Complete the report and return the points in the numbering of the input."""
         state, report = self.state, self.report
         k = quality.aspect_ratios(state.mesh, state.reference)
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
-        for constraint in self.constraints:
+        for constraint in self.disposal.constraints:
             constraint.tell(report)
+        if checked:
+            report.broken = self.disposal.check(state)
         closed = measure.is_closed(state.near)
         # The neighbourhoods have served, and what follows needs room.
         self.fused = None

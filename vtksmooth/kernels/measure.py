@@ -145,6 +145,11 @@ def swept_volume(before: Mesh, after: Mesh) -> float:
     For a closed mesh it is the change of the volume; polygons as fans round their corners' mean, see
     :func:`~vtksmooth.kernels.swept_volume.sweep_face`.
     """
+    return float(swept_at_corners(before, after).sum())
+
+
+def swept_at_corners(before: Mesh, after: Mesh) -> Float64:
+    """Return each corner's share of the volume that the surface sweeps, as connectivity lists them."""
     swept = np.empty(len(before.connectivity))
     parallel.run(
         _swept_volumes,
@@ -155,7 +160,7 @@ def swept_volume(before: Mesh, after: Mesh) -> float:
         before.connectivity,
         swept,
     )
-    return float(swept.sum())
+    return swept
 
 
 def normal_deviation(before: Mesh, after: Mesh) -> Float64:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import ParameterError
 from .adjacency import Adjacency, Int32
 from .closest_point import ClosestPoint
 from .features import Features
@@ -42,6 +44,10 @@ class State:
     order, face_order : (n,), (m,) int32, optional
         The run's point i is point ``order[i]`` of the input, its face f is ``face_order[f]``; None where the
         numbering is the input's.
+    slide : float
+        Part of the way to the middle of their two neighbours that vertices on lines go in a pass.
+    direction : (n, 3) float64, optional
+        Direction of the surface at each vertex, where a constraint computes it in each pass.
     """
 
     topology: Mesh
@@ -55,8 +61,25 @@ class State:
     find_features: Callable[[Mesh, Adjacency], Features]
     order: Int32 | None = None
     face_order: Int32 | None = None
+    slide: float = 0.5
+    direction: npt.NDArray[np.float64] | None = None
 
-    def in_order(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def one_each(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return `values`, which must hold one for each point.
+
+        Raises
+        ------
+        ParameterError
+            They have another shape.
+        """
+        if values.shape != (len(self.points),):
+            raise ParameterError(
+                f"{name} must hold one value for each of the {len(self.points)} points, "
+                f"not have the shape {values.shape}."
+            )
+        return values
+
+    def in_order(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return `values` of the input's points, (n, ...), in the run's numbering."""
         return values if self.order is None else values[self.order]
 

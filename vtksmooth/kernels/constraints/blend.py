@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from ...errors import ParameterError
 from ..state import State
+from . import moved
 from .damping import Damping
 
 
@@ -23,12 +24,11 @@ class Blend(Damping):
         self.weights = np.asarray(weights, dtype=np.float64)
 
     def bind(self, state: State) -> None:
-        if self.weights.shape != (len(state.points),):
-            raise ParameterError(
-                f"Blend weights must hold one value for each of the {len(state.points)} points, "
-                f"not have the shape {self.weights.shape}."
-            )
+        state.one_each("Blend weights", self.weights)
         if not (self.weights.min() >= 0.0 and self.weights.max() <= 1.0):
             raise ParameterError("Blend weights must be from 0 (fixed) to 1 (free), and not NaN.")
         self.damping = np.ascontiguousarray(state.in_order(self.weights))
         state.pinned[self.damping == 0.0] = 1
+
+    def check(self, state: State) -> str:
+        return moved(state, np.equal(state.in_order(self.weights), 0.0))

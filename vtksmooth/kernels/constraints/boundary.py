@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import parallel
 from ..adjacency import BORDER, IRREGULAR
 from ..compiled import kernel
 from ..state import State
-from . import Constraint, Float64, Int64
+from . import Constraint, Float64, Int64, Phase, moved
 
 
 @kernel
-def slide(starts, ends, points, kind, ring, pinned, proposed):  # type: ignore[no-untyped-def]
-    """Trapezium Drawing in one dimension, half way, for vertices of kind 1 between their two neighbours."""
+def slide(starts, ends, points, kind, ring, pinned, share, proposed):  # type: ignore[no-untyped-def]
+    """Trapezium Drawing in one dimension, `share` of the way, for vertices of kind 1."""
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if kind[v] != 1 or pinned[v]:
@@ -29,7 +30,7 @@ def slide(starts, ends, points, kind, ring, pinned, proposed):  # type: ignore[n
             for axis in range(3):
                 proposed[v, axis] = points[v, axis]
                 if chord > 0.0:
-                    proposed[v, axis] += 0.5 * along / chord * (points[b, axis] - points[a, axis])
+                    proposed[v, axis] += share * along / chord * (points[b, axis] - points[a, axis])
 
 
 class Boundary(Constraint):
@@ -43,15 +44,19 @@ class Boundary(Constraint):
     sliding : bool
         If true, a boundary vertex moves parallel to the line through its two boundary neighbours, half
         way to where it is equally far from both (Trapezium Drawing in one dimension; the whole way would
-        swing when all move at once). Straight boundaries stay straight. If false, it does not move.
+        swing when all move at once; less with a scheme that takes less of its steps). Straight boundaries
+        stay straight. If false, it does not move.
     corner_angle : float
         When sliding, boundary vertices where the boundary turns by more than this stay, degrees.
     """
+
+    topic = "boundary"
 
     def __init__(self, sliding: bool = False, corner_angle: float = 30.0) -> None:
         self.sliding = sliding
         self.corner_angle = corner_angle
         self.on_edges = not sliding
+        self.phase = Phase.DIRECT if sliding else Phase.PIN
         self.name = "A sliding boundary (boundary)" if sliding else "A fixed boundary"
 
     def bind(self, state: State) -> None:
@@ -70,8 +75,35 @@ class Boundary(Constraint):
         state.pinned[on_border[turn > self.corner_angle]] = 1
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        if self.sliding:
-            near = state.near
-            parallel.run(
-                slide, starts, ends, state.points, near.border, near.border_ring, state.pinned, proposed
-            )
+        near = state.near
+        parallel.run(
+            slide, starts, ends, state.points, near.border, near.border_ring, state.pinned, state.slide,
+            proposed,
+        )  # fmt: skip
+
+    def check(self, state: State) -> str:
+        border = state.near.border
+        said = moved(state, (border == IRREGULAR) | ((border == BORDER) & (state.pinned != 0)))
+        slides = np.flatnonzero((border == BORDER) & (state.pinned == 0))
+        return said or off_straight_lines(state, slides, state.near.border_ring[slides])
+
+
+def off_straight_lines(state: State, vertices: Int64, ring: npt.NDArray[np.int32]) -> str:
+    """Say by how much `vertices` have left the line through their two neighbours, where that was straight."""
+    first, second = state.original.points[ring[:, 0]], state.original.points[ring[:, 1]]
+    along = second - first
+    length = np.linalg.norm(along, axis=1)
+
+    def off(points: Float64) -> Float64:
+        areas = np.linalg.norm(np.cross(points[vertices] - first, along), axis=1)
+        distances: Float64 = np.divide(areas, length, out=np.zeros_like(length), where=length > 0.0)
+        return distances
+
+    # A line is straight as far as all that slide on it are in line with their neighbours.
+    straight = state.pinned != 0
+    straight[vertices] |= off(state.original.points) <= 1e-14 * state.original.diagonal
+    count = -1
+    while count != (count := int(np.count_nonzero(straight))):
+        straight[vertices] &= straight[ring].all(axis=1)
+    farthest = off(state.points)[straight[vertices]].max(initial=0.0)
+    return f"a straight line is off by {farthest:.3g}" if farthest > 1e-9 * state.original.diagonal else ""

@@ -8,7 +8,7 @@ from ...errors import InvalidMeshError
 from .. import parallel, separation, vicinity
 from ..compiled import kernel
 from ..crossings import LIFT, scratch
-from ..guard import guard_of, may_go, pending, settle, stars_may_go
+from ..guard import guard_of, pending, room_at, settle, stars_may_go
 from ..signed_distance import SignedDistanceTree
 from ..state import State
 from . import Constraint, Float64, Int64
@@ -28,13 +28,9 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):  # type: ignore
             if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
                 continue
             checked += 1
-            slack = guard.slack[v]
-            step = np.inf  # triangles may not go as far as their corners
-            if not guard.exact:
-                step = np.sqrt(
-                    (proposed[v, 0] - x) ** 2 + (proposed[v, 1] - y) ** 2 + (proposed[v, 2] - z) ** 2
-                )
-            good, queries = may_go(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], step, room[0])
+            # Not by the slack: that is of the place tried last, and others may have shortened that step.
+            within, queries = room_at(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], room[0])
+            good = within >= 0.0
             if good and guard.exact:
                 # Neighbours stand still: the vertex may be tried out where it wants to go.
                 for axis in range(3):
@@ -47,7 +43,6 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):  # type: ignore
                 points[v, 2] = z
             asked += queries
             if not good:
-                guard.slack[v] = slack
                 proposed[v, 0] = x
                 proposed[v, 1] = y
                 proposed[v, 2] = z
@@ -78,12 +73,11 @@ class Containment(Constraint):
     """
 
     on_edges = True
-    convex = False
 
     def __init__(self, space: SignedDistanceTree, tolerance: float, exact: bool = False) -> None:
         self.space, self.tolerance, self.exact = space, tolerance, exact
         # A triangle is as it is judged only if the other corners stand still.
-        self.in_place = exact
+        self.in_place = self.needs_still = exact
         self.outside = self.checked = self.asked = 0
 
     def bind(self, state: State) -> None:
@@ -139,3 +133,10 @@ class Containment(Constraint):
         )  # fmt: skip
         for checked, asked in results:
             self.count(checked, asked)
+
+    def check(self, state: State) -> str:
+        used = np.diff(state.near.corner_offsets) > 0
+        before = self.space(state.original.points[used])
+        after = self.space(state.points[used])
+        left = after > np.maximum(before, self.tolerance) * (1.0 + 1e-9)
+        return f"{int(left.sum())} vertices left the space" if left.any() else ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -123,11 +125,10 @@ class Creases(Constraint):
     name = "A bound on creases (crease_angle)"
 
     in_place = True
-    convex = False
 
     def __init__(self, angle: float = 40.0) -> None:
         self.angle = angle
-        self._edges: tuple[npt.NDArray[np.generic], ...] = ()
+        self._edges: tuple[npt.NDArray[Any], ...] = ()
 
     def bind(self, state: State) -> None:
         near = state.near
@@ -153,3 +154,11 @@ class Creases(Constraint):
             _keep, starts, ends, state.points, state.near, *self._edges, np.radians(self.angle), proposed,
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
+
+    def check(self, state: State) -> str:
+        _, _, edge_ends, edge_faces, sign = self._edges
+        degrees = sign * dihedral_angles(state.mesh, edge_ends, edge_faces)
+        if not state.topology.only_triangles:
+            degrees = np.abs(degrees)
+        flat = int((degrees < self.angle - 1e-7).sum())
+        return f"{flat} creases are flat" if flat else ""

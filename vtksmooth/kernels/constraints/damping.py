@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from .. import parallel
+from collections.abc import Sequence
+
 from ..compiled import kernel
-from ..state import State
-from . import Constraint, Float64, Int64
+from . import Constraint, Float64, Phase
 
 
 @kernel
-def _shorten(starts, ends, points, damping, proposed):  # type: ignore[no-untyped-def]
+def shorten(starts, ends, points, damping, proposed):  # type: ignore[no-untyped-def]
+    """Multiply each step by the factor of its vertex."""
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             for axis in range(3):
@@ -24,8 +25,14 @@ def _shorten(starts, ends, points, damping, proposed):  # type: ignore[no-untype
 class Damping(Constraint):
     """Base of the constraints that damp; they set `damping` when they are bound or prepared."""
 
+    phase = Phase.SCALE
     on_edges = True
 
-    def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        if self.damping is not None:
-            parallel.run(_shorten, starts, ends, state.points, self.damping, proposed)
+
+def factors(constraints: Sequence[Constraint]) -> Float64 | None:
+    """Return the product of what all constraints leave of the steps; None where that is everything."""
+    product = None
+    for constraint in constraints:
+        if constraint.damping is not None:
+            product = constraint.damping if product is None else product * constraint.damping
+    return product

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,11 +9,13 @@ from .. import parallel
 from ..compiled import kernel
 from ..state import State
 from . import Constraint, Float64, Int64
-from .back_to_surface import BackToSurface
+
+#: Squares of distances that agree to this part of them are equal.
+_ROUNDING = 1e-14
 
 
 @kernel
-def _limit(starts, ends, points, first, distances, shorten, pinned, proposed):  # type: ignore[no-untyped-def]
+def _limit(starts, ends, points, first, distances, pinned, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if pinned[v]:
@@ -33,10 +33,11 @@ def _limit(starts, ends, points, first, distances, shorten, pinned, proposed):  
                 c += off * off
                 beyond += (off + step) ** 2
             square = distances[v] * distances[v]
-            if not beyond > square:
+            # What ends on the sphere but for rounding stays there: looked at again, it is the same step.
+            if a == 0.0 or not beyond > square * (1.0 + _ROUNDING):
                 continue
             c = min(c - square, 0.0)  # rounding may have put p outside
-            part_of_step = (np.sqrt(b * b - a * c) - b) / a if shorten else 0.0
+            part_of_step = (np.sqrt(b * b - a * c) - b) / a
             for axis in range(3):
                 proposed[v, axis] = points[v, axis] + part_of_step * (proposed[v, axis] - points[v, axis])
 
@@ -44,14 +45,11 @@ def _limit(starts, ends, points, first, distances, shorten, pinned, proposed):  
 class DisplacementBound(Constraint):
     """Steps that would leave the sphere round a vertex' first place end on it.
 
-    Behind :class:`~vtksmooth.kernels.constraints.back_to_surface.BackToSurface` they are refused: a part
-    of a step along the surface would end off it.
-
     Parameters
     ----------
     distances : (n,) array_like
-        Radius of each vertex' sphere, model units, in the numbering of `State.points`; vertices with 0
-        stay, bit for bit.
+        Radius of each vertex' sphere, model units, in the order of the points that smoothing is given;
+        vertices with 0 stay, bit for bit.
     """
 
     name = "A bound on displacements (max_displacement)"
@@ -59,14 +57,18 @@ class DisplacementBound(Constraint):
     def __init__(self, distances: npt.ArrayLike) -> None:
         self.distances = np.ascontiguousarray(distances, np.float64)
 
-    def follow(self, before: Sequence[Constraint]) -> None:
-        self.convex = not any(isinstance(constraint, BackToSurface) for constraint in before)
-
     def bind(self, state: State) -> None:
-        state.pinned[self.distances == 0.0] = 1
+        state.one_each("max_displacement", self.distances)
+        self._distances = np.ascontiguousarray(state.in_order(self.distances))
+        state.pinned[self._distances == 0.0] = 1
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
-            _limit, starts, ends, state.points, state.original.points, self.distances, self.convex,
-            state.pinned, proposed,
+            _limit, starts, ends, state.points, state.original.points, self._distances, state.pinned,
+            proposed,
         )  # fmt: skip
+
+    def check(self, state: State) -> str:
+        excess = np.linalg.norm(state.points - state.original.points, axis=1) - self._distances
+        beyond = excess > 1e-9 * self._distances + 1e-15 * state.original.diagonal
+        return f"{int(beyond.sum())} vertices went too far" if beyond.any() else ""

@@ -8,8 +8,8 @@ from .. import parallel
 from ..adjacency import BORDER
 from ..features import CORNER, RIDGE
 from ..state import State
-from . import Constraint, Float64, Int64
-from .boundary import slide
+from . import Constraint, Float64, Int64, Phase, moved
+from .boundary import off_straight_lines, slide
 
 
 class FeatureLines(Constraint):
@@ -31,6 +31,7 @@ class FeatureLines(Constraint):
     def __init__(self, sliding: bool = True) -> None:
         self.sliding = sliding
         self.on_edges = not sliding
+        self.phase = Phase.DIRECT if sliding else Phase.PIN
         self._slides = np.empty(0, np.uint8)
 
     def bind(self, state: State) -> None:
@@ -42,6 +43,16 @@ class FeatureLines(Constraint):
         self._slides = slides.astype(np.uint8)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        if self.sliding:
-            ring = state.features.ridge_ring
-            parallel.run(slide, starts, ends, state.points, self._slides, ring, state.pinned, proposed)
+        ring = state.features.ridge_ring
+        parallel.run(
+            slide, starts, ends, state.points, self._slides, ring, state.pinned, state.slide, proposed
+        )
+
+    def check(self, state: State) -> str:
+        classes = state.features.classes
+        held = (classes >= CORNER) | (
+            (classes == RIDGE) & (state.near.border != BORDER) & (self._slides == 0)
+        )
+        slides = np.flatnonzero((self._slides != 0) & (state.pinned == 0))
+        ring = state.features.ridge_ring[slides]
+        return moved(state, held) or off_straight_lines(state, slides, ring)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..state import State
-from . import Constraint
+from . import Constraint, Phase, moved
 
 
 class Fixed(Constraint):
@@ -15,13 +15,17 @@ class Fixed(Constraint):
     Parameters
     ----------
     mask : (n,) array_like
-        Nonzero where a vertex must not move, in the numbering of `State.points`.
+        Nonzero where a vertex must not move, in the order of the points that smoothing is given.
     """
 
+    phase = Phase.PIN
     on_edges = True
 
     def __init__(self, mask: npt.ArrayLike) -> None:
         self.mask = np.asarray(mask) != 0
 
     def bind(self, state: State) -> None:
-        state.pinned[self.mask] = 1
+        state.pinned[state.in_order(state.one_each("fixed", self.mask))] = 1
+
+    def check(self, state: State) -> str:
+        return moved(state, state.in_order(self.mask))

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+import numpy.typing as npt
 
 from .. import parallel
 from ..compiled import device, kernel
 from ..quality import aspect_ratios, polygon_square, triangle_square
 from ..state import State
-from . import Constraint, Float64, Int64
+from . import Constraint, Float64, Int64, Phase
 
 ANGLE, ASPECT, FLOOR = 1, 2, 3
 
@@ -128,6 +127,16 @@ def _gate(starts, ends, kind, points, near, reference, margin, worst, floor, pro
 
 
 @kernel
+def _worst(starts, ends, kind, points, near, reference, smallest, inverted):  # type: ignore[no-untyped-def]
+    # The smallest measure of the elements round each vertex, and how many of them are inverted.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            inverted[v], smallest[v], _ = _judge(
+                kind, points, near, reference, v, points[v, 0], points[v, 1], points[v, 2]
+            )
+
+
+@kernel
 def _list_refused(starts, ends, refused, rows):  # type: ignore[no-untyped-def]
     count = 0
     for part in range(starts.size):
@@ -167,22 +176,21 @@ class Gate(Constraint):
 
     name = "A gate (gate)"
 
+    phase = Phase.JUDGE
     in_place = True
 
     def __init__(self, measure: str = "aspect", floor: float = 0.6) -> None:
         self.kind = {"angle": ANGLE, "aspect": ASPECT, "floor": FLOOR}[measure]
         self.floor = floor * floor
+        #: How often a step that fails is halved.
+        self.halvings = HALVINGS if self.kind == FLOOR else 0
         #: Signed square of the smallest k of the mesh; asked for only where elements are inverted.
         self.worst = 0.0
-        self._before: list[Constraint] = []
         self._refused = np.empty((0, 3))
 
     def bind(self, state: State) -> None:
         self.worst = state.smallest_k * abs(state.smallest_k)
         self._refused = np.empty((len(state.points) if self.kind == FLOOR else 0, 3))
-
-    def follow(self, before: Sequence[Constraint]) -> None:
-        self._before = [constraint for constraint in before if not constraint.convex]
 
     def prepare(self, state: State) -> None:
         # Where nothing is inverted nothing will be, and the worst is never asked for.
@@ -191,23 +199,35 @@ class Gate(Constraint):
             self.worst = k * abs(k)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        self._judge(state, starts, ends, proposed)
-        if self.kind != FLOOR:
-            return
-        rows = np.empty(int((ends - starts).sum()), np.int64)
-        for _ in range(HALVINGS):
-            starts = rows[: _list_refused(starts, ends, self._refused, rows)].copy()
-            ends = starts + 1
-            if not len(starts):
-                return
-            parallel.run(_halve, starts, ends, state.points, self._refused, proposed)
-            for constraint in self._before:
-                constraint.dispose(state, starts, ends, proposed)
-            self._judge(state, starts, ends, proposed)
-
-    def _judge(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(
             _gate, starts, ends, self.kind, state.points, state.near, state.reference,
             MARGIN, self.worst, self.floor, proposed, self._refused,
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
+
+    def halve(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> Int64:
+        """Put halves of the refused steps back into `proposed`; return whose."""
+        rows = np.empty(int((ends - starts).sum()), np.int64)
+        rows = rows[: _list_refused(starts, ends, self._refused, rows)].copy()
+        parallel.run(_halve, rows, rows + 1, state.points, self._refused, proposed)
+        return rows
+
+    def worsened(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+        n = len(before)
+        smallest, inverted = np.empty((2, n)), np.empty((2, n), np.int64)
+        for points, of_vertices, count in zip((before, after), smallest, inverted, strict=True):
+            parallel.run(
+                _worst, *parallel.ranges(n), self.kind, points, state.near, state.reference, of_vertices,
+                count, smallest_share=parallel.COSTLY,
+            )  # fmt: skip
+        least = smallest[0].min()
+        if self.kind == FLOOR:
+            least = min(least, self.floor)
+        worse: npt.NDArray[np.bool_] = smallest[1] < least
+        if self.kind != ANGLE and inverted[1].sum() > inverted[0].sum():
+            worse |= inverted[1] > inverted[0]
+        return worse
+
+    def check(self, state: State) -> str:
+        worse = int(self.worsened(state, state.original.points, state.points).sum())
+        return f"{worse} vertices have worse elements than the worst was" if worse else ""

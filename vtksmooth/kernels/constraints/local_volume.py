@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -10,27 +10,28 @@ import numpy.typing as npt
 from ...errors import ParameterError
 from ...report import RunReport
 from .. import parallel
+from ..adjacency import BORDER
 from ..compiled import device, kernel
 from ..lanes import WIDTH, gather, pack, select, spread, unpack
+from ..measure import swept_at_corners
 from ..quality import area_vectors
 from ..regions import components
 from ..state import State
 from ..swept_volume import sweep_face, triangle_shares, volume_gradient
-from . import Constraint, Float64, Int64
-from .creases import Creases
-from .deviation_bound import DeviationBound
-from .no_inversion import HALVINGS, newly_inverted, shorten, withdraw
-from .null_space import NullSpace, directions, normals_for
+from . import Beyond, Constraint, Float64, Int64, Phase
+from .no_inversion import HALVINGS, NoInversion, newly_inverted, withdraw
+from .null_space import directions, normals_for
 
 #: Least cosine between a vertex' direction and the gradient of its volume; below, a correction would be
 #: unstable (3.2).
 _SMALLEST_COSINE = 0.05
 
-#: Most Newton steps to close the volume.
-_CLOSINGS = 4
+#: Most Newton steps to close the volume, and where boundaries have moved.
+_CLOSINGS, _SECANTS = 4, 12
 
-#: Most solutions tried in a pass before it is given up, and from which on more is held each time.
-_ATTEMPTS, _WIDENING = 16, 8
+#: Most solutions tried for a step: with vertices beyond a limit that keep what they were allowed before the
+#: correction; with such that do not move at all; and after how many of these those round them do neither.
+_KEEPING, _HOLDING, _WIDENING = 4, 16, 8
 
 
 @kernel
@@ -222,9 +223,7 @@ def _shift(starts, ends, body, step, direction, answer, after):  # type: ignore[
 
 
 @kernel
-def _one_by_one(  # type: ignore[no-untyped-def]
-    starts, ends, points, near, reference, pinned, flux, direction, halvings, proposed
-):
+def _one_by_one(starts, ends, points, near, pinned, flux, direction, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if pinned[v]:
@@ -252,7 +251,6 @@ def _one_by_one(  # type: ignore[no-untyped-def]
                     proposed[v, 0] = x
                     proposed[v, 1] = y
                     proposed[v, 2] = z
-            shorten(points, near, reference, halvings, v, proposed)
 
 
 class LocalVolume(Constraint):
@@ -267,8 +265,9 @@ class LocalVolume(Constraint):
 
     No face that is not inverted is made so. Before the volume is corrected, steps that would invert one
     are shortened, as by :class:`~vtksmooth.kernels.constraints.no_inversion.NoInversion`. Where the
-    correction itself would, the vertices of that face stay where they were in this pass, and the rest is
-    solved anew; so the volume is kept all the same.
+    correction would carry a vertex beyond a limit, it does without, and the rest is solved again: the others
+    give what it cannot. Where that does not close, the vertex stays where it was, then its neighbours too;
+    at last the steps of all vertices are halved.
 
     Vertices without a direction (cusps), pinned ones and those on a boundary are not moved for it: their
     neighbours take over what they would have to give back.
@@ -276,18 +275,28 @@ class LocalVolume(Constraint):
     Parameters
     ----------
     corrections : int
-        Corrector steps of each pass; 1 to 3 suffice.
+        Corrector steps of each pass; 1 to 3 suffice. They belong to steps across the surface: what steps off
+        it are to remove they would give back.
     uniform : bool
         Whether the last step follows. It takes with it what rounding and earlier passes have left, so
         nothing adds up. A body that it cannot close stays where it was in this pass.
     flux : (m,) array_like, optional
         Volume that each face shall sweep in each pass, positive along its normal, in the numbering of the
         run's input: (8) to (11) of the paper. 0 if absent.
+
+    Attributes
+    ----------
+    closes : bool
+        Whether boundary vertices slide. What a surface sweeps from the start to where it is then depends on
+        more than on the sum of its steps, and is what is closed.
     """
 
     name = "A local volume (corrections, preserve_volume)"
-
-    convex = False
+    phase = Phase.CONSERVE
+    topic = "volume"
+    conflicts = {"surface": "who stays on the surface cannot move off it for the volume"}  # noqa: RUF012
+    companions = (NoInversion(),)
+    covers = frozenset({"inversion"})
 
     def __init__(
         self,
@@ -301,13 +310,9 @@ class LocalVolume(Constraint):
         #: area that it stands for, model units.
         self.residuals: list[float] = []
 
-    def follow(self, before: Sequence[Constraint]) -> None:
-        # Who has computed the directions, and who may have a word on the corrected steps.
-        self._null_space = next((c for c in before if isinstance(c, NullSpace)), None)
-        self._bounds = [c for c in before if isinstance(c, (Creases, DeviationBound))]
-
     def tell(self, report: RunReport) -> None:
         report.volume_residuals = (*self.residuals, *self._last_residual())
+        report.volume_shortened = self.shortened
 
     def bind(self, state: State) -> None:
         n, m = len(state.points), state.topology.n_faces
@@ -318,11 +323,14 @@ class LocalVolume(Constraint):
         self._flux = self.flux
         if len(self.flux) and state.face_order is not None:
             self._flux = self.flux[state.face_order]
-        if self._null_space is None:
-            self._direction, self._normals = np.empty((n, 3)), normals_for(state)
+        self._own = state.direction is None
+        self._direction = np.empty((n, 3)) if state.direction is None else state.direction
+        self._normals = normals_for(state)
         self.residuals = []
+        self.shortened = 0
         self._last_residual: Callable[[], list[float]] = list
-        if not state.in_place:
+        self.closes = self.uniform and bool(((state.near.border == BORDER) & (state.pinned == 0)).any())
+        if self.closes or not state.in_place:
             self._swept = np.empty(len(state.topology.connectivity))
             self._residual, self._answer = np.empty(n), np.empty(n)
             # Summed range by range: then the sum does not depend on the number of threads.
@@ -354,78 +362,103 @@ class LocalVolume(Constraint):
     def _of_bodies(self, of_corners: Float64) -> Float64:
         return np.bincount(self._corner_body, of_corners, self._bodies).astype(np.float64)
 
-    def _left_over(self) -> Float64:
-        """Return the volume that each body has swept in this pass and in earlier ones."""
+    def _left_over(self, state: State, after: Float64) -> Float64:
+        """Return the volume that each body has swept, in this pass and in earlier ones."""
+        if self.closes:
+            self._sweep(state, state.original.points, after)
         swept = np.array([self._volumes.sum()]) if self._bodies == 1 else self._of_bodies(self._swept)
         return swept + self._left
 
+    # -- one by one --------------------------------------------------------------------------------
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        if self._null_space is None:
-            direction = self._direction
-            directions(state, starts, ends, self._normals, direction)
-        else:
-            direction = self._null_space.direction
-        if not state.in_place:
-            self._all_at_once(state, direction, (starts, ends), proposed)
-            return
+        if self._own:
+            directions(state, starts, ends, self._normals, self._direction)
         parallel.run(
-            _one_by_one, starts, ends, state.points, state.near, state.reference, state.pinned,
-            self._flux, direction, HALVINGS, proposed, smallest_share=parallel.COSTLY,
+            _one_by_one, starts, ends, state.points, state.near, state.pinned, self._flux, self._direction,
+            proposed, smallest_share=parallel.COSTLY,
         )  # fmt: skip
-        # They shorten steps, and what one vertex sweeps is linear in its step: nothing stays nothing.
-        for bound in self._bounds:
-            bound.dispose(state, starts, ends, proposed)
 
-    def _all_at_once(
-        self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
-    ) -> None:
-        points, near, held = state.points, state.near, self._held
-        held[:] = 0
-        if self._sweep(state, proposed):
-            withdraw(points, proposed, near, state.reference, HALVINGS, held)
-            held[:] = 0  # those may be moved for the volume all the same
-            self._sweep(state, proposed)
-        for attempt in range(_ATTEMPTS):
-            inverted = self._solve(state, direction, vertices, proposed)
-            outside = self._outside(state, vertices, proposed)
-            if not inverted and not outside.any():
-                break
-            held[outside] = 1
-            proposed[outside] = points[outside]
-            withdraw(points, proposed, near, state.reference, 0, held)
-            if attempt >= _WIDENING:  # ring after ring, so that it comes to an end
-                reached = np.zeros(state.topology.n_faces, dtype=bool)
-                reached[near.corner_face[held[near.connectivity] != 0]] = True
-                held[near.connectivity[reached[near.corner_face]]] = 1
-                proposed[held != 0] = points[held != 0]
-            self._sweep(state, proposed)
-        else:
-            proposed[:] = points
-            self._sweep(state, proposed)
-        if self.uniform:
-            self._left = self._close(state, proposed)
+    # -- all at once -------------------------------------------------------------------------------
 
-    def _sweep(self, state: State, proposed: Float64) -> int:
+    def conserve(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
+        vertices = parallel.ranges(len(proposed))
+        if self._own or state.in_place:
+            directions(state, *vertices, self._normals, self._direction)
+        self._admit(state, before, proposed, beyond)
+        wanted = proposed.copy()
+        # In place the steps have been taken: there is nothing to halve.
+        for halving in range(1 if state.in_place else HALVINGS + 1):
+            if self._solved(state, before, proposed, wanted, beyond):
+                self.shortened += halving > 0
+                self._left = self._close(state, before, proposed)
+                return True
+            wanted = before + 0.5 * (wanted - before)
+            proposed[:] = wanted
+            self._admit(state, before, proposed, beyond)
+            wanted[:] = proposed
+        self.shortened += 1
+        proposed[:] = before
+        self._sweep(state, before, proposed)
+        self._left = np.zeros(self._bodies) if self.closes else self._left_over(state, proposed)
+        return False
+
+    def _admit(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> None:
+        """Shorten steps before anything is corrected, so that no face is inverted and no limit exceeded."""
+        while self._sweep(state, before, proposed):
+            withdraw(state, before, proposed, HALVINGS, self._held)
+            outside = beyond(state, proposed)
+            if not outside.any():
+                self._sweep(state, before, proposed)
+                return
+            proposed[outside] = before[outside]
+
+    def _solved(
+        self, state: State, before: Float64, proposed: Float64, wanted: Float64, beyond: Beyond
+    ) -> bool:
+        """Correct `proposed`, which is as `wanted`, within the limits; return whether that can be done."""
+        near, held = state.near, self._held
+        for attempts, fallback in ((_KEEPING, wanted), (_HOLDING, before)):
+            held[:] = 0
+            if fallback is before:
+                proposed[:] = wanted
+                self._sweep(state, before, proposed)
+            for attempt in range(attempts):
+                inverted = self._solve(state, before, proposed)
+                outside = beyond(state, proposed)
+                if not inverted and not outside.any():
+                    return True
+                held[outside] = 1
+                proposed[outside] = fallback[outside]
+                withdraw(state, before, proposed, 0, held)
+                if attempt >= _WIDENING:  # ring after ring, so that it comes to an end
+                    reached = np.zeros(state.topology.n_faces, dtype=bool)
+                    reached[near.corner_face[held[near.connectivity] != 0]] = True
+                    held[near.connectivity[reached[near.corner_face]]] = 1
+                    proposed[held != 0] = before[held != 0]
+                self._sweep(state, before, proposed)
+        return False
+
+    def _sweep(self, state: State, before: Float64, after: Float64) -> int:
         topology = state.topology
         portion = int(self._faces[1][0])
         if len(self._area):
             inverted = parallel.run(
-                _sweep_triangles, *self._faces, state.points, proposed,
+                _sweep_triangles, *self._faces, before, after,
                 topology.connectivity, state.reference, self._flux,
                 self._swept, portion, self._volumes, self._area,
             )  # fmt: skip
         else:
             inverted = parallel.run(
-                _sweep, *self._faces, state.points, proposed,
+                _sweep, *self._faces, before, after,
                 topology.offsets, topology.connectivity, state.reference, self._flux,
                 self._swept, portion, self._volumes,
             )  # fmt: skip
         return sum(inverted)
 
-    def _solve(
-        self, state: State, direction: Float64, vertices: tuple[Int64, Int64], proposed: Float64
-    ) -> int:
+    def _solve(self, state: State, before: Float64, proposed: Float64) -> int:
         """Correct `proposed`, of which `_swept` holds; return how many faces this inverts."""
+        vertices, direction = parallel.ranges(len(proposed)), self._direction
         near, residual, answer = state.near, self._residual, self._answer
 
         def linearise() -> bool:
@@ -447,45 +480,50 @@ class LocalVolume(Constraint):
 
         inverted = 0
         self.residuals = []
-        for _ in range(self.corrections):
+        for _ in range(0 if state.in_place else self.corrections):
             self.residuals.append(correct(1.0))
-            inverted = self._sweep(state, proposed)
-        if self.corrections:
+            inverted = self._sweep(state, before, proposed)
+        if self.corrections and not state.in_place:
             self._last_residual = lambda: [correct(0.0)]
-        for turn in range(_CLOSINGS if self.uniform else 0):
-            left = self._left_over()
+        step, earlier = np.zeros(self._bodies), np.zeros(self._bodies)
+        for turn in range((_SECANTS if self.closes else _CLOSINGS) if self.uniform else 0):
+            left = self._left_over(state, proposed)
             if (np.abs(left) <= self._tolerance).all():
                 break
             # What is left after corrections is so little that their last slope closes it, as a rule.
-            if turn > 0 or not self.corrections:
+            if turn > 0 or not self.corrections or self.closes:
                 linearise()
             slope = answer.sum(keepdims=True)
             if self._bodies > 1:
                 slope = np.bincount(self._body, answer, self._bodies)
+            if self.closes and turn > 0:
+                found = np.divide(left - earlier, step, out=slope.copy(), where=step != 0.0)
+                slope = np.where((found > 0.5 * slope) & (found < 2.0 * slope), found, slope)
+            earlier = left
             step = np.divide(-left, slope, out=np.zeros_like(left), where=slope > 0.0)
             parallel.run(_shift, *vertices, self._body, step, direction, answer, proposed)
-            inverted = self._sweep(state, proposed)
+            inverted = self._sweep(state, before, proposed)
         return inverted
 
-    def _outside(
-        self, state: State, vertices: tuple[Int64, Int64], proposed: Float64
-    ) -> npt.NDArray[np.bool_]:
-        """Return which vertices break one of the bounds that act before."""
-        outside = np.zeros(len(proposed), dtype=bool)
-        for bound in self._bounds:
-            allowed = proposed.copy()
-            bound.dispose(state, *vertices, allowed)
-            outside |= (allowed != proposed).any(axis=1)
-        outside &= state.pinned == 0
-        return outside
-
-    def _close(self, state: State, proposed: Float64) -> Float64:
+    def _close(self, state: State, before: Float64, proposed: Float64) -> Float64:
         """Take back the steps of bodies that could not be closed; return what is left over."""
-        left = self._left_over()
+        if not self.uniform:
+            return self._left
+        left = self._left_over(state, proposed)
         unclosed = ~(np.abs(left) <= self._tolerance)
         if unclosed.any():
             back = np.broadcast_to(True, len(proposed)) if self._bodies == 1 else unclosed[self._body]
-            proposed[back] = state.points[back]
-            self._sweep(state, proposed)
-            left = self._left_over()
-        return left
+            proposed[back] = before[back]
+            self._sweep(state, before, proposed)
+            left = self._left_over(state, proposed)
+        return np.zeros(self._bodies) if self.closes else left
+
+    def check(self, state: State) -> str:
+        if not self.uniform or self.flux.size:
+            return ""
+        before, after = state.original, state.mesh
+        swept = swept_at_corners(before, after)
+        body = components(state.topology)[state.topology.connectivity]
+        total = np.abs(np.bincount(body, swept))
+        allowed = 1e-12 * before.diagonal**3
+        return f"a body sweeps {total.max():.3g}" if total.max(initial=0.0) > allowed else ""

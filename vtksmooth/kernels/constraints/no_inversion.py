@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import parallel
 from ..compiled import device, kernel
 from ..quality import face_square, polygon_square
 from ..state import State
 from . import Constraint, Float64, Int64
+
+UInt8 = npt.NDArray[np.uint8]
 
 #: How often a step is halved before it is refused.
 HALVINGS = 3
@@ -77,31 +80,21 @@ def _inverted_with(points, near, reference, f, v, x, y, z):  # type: ignore[no-u
 
 
 @kernel
-def _count(starts, ends, before, after, near, reference):  # type: ignore[no-untyped-def]
-    count = 0
+def _find(starts, ends, before, after, near, reference, found):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
-            count += newly_inverted(before, after, near.offsets, near.connectivity, reference, f)
-    return count
+            found[f] = newly_inverted(before, after, near.offsets, near.connectivity, reference, f)
 
 
 @kernel
-def withdraw(before, after, near, reference, halvings, refused):  # type: ignore[no-untyped-def]
-    """Shorten steps until no face is newly inverted, all vertices of a face at the same time.
-
-    A vertex' step is halved at most `halvings` times, then refused: it is back where it was, and noted in
-    `refused`. Every round shortens a step, and without steps nothing is newly inverted: so it ends.
-    Only what lies round such faces is looked at, again and again; hence no threads.
-    """
+def _withdraw(before, after, near, reference, halvings, found, refused):  # type: ignore[no-untyped-def]
+    # Only what lies round the faces `found` is looked at, again and again; hence no threads.
     m = near.offsets.size - 1
     seen = np.zeros(m, np.uint8)
     halved = np.zeros(before.shape[0], np.uint8)
     waiting, shortened = np.empty(m, np.int32), np.empty(before.shape[0], np.int32)
-    faces = 0
-    for f in range(m):
-        if newly_inverted(before, after, near.offsets, near.connectivity, reference, f):
-            waiting[faces] = f
-            faces += 1
+    faces = found.size
+    waiting[:faces] = found
     while faces > 0:
         vertices = 0
         for i in range(faces):
@@ -170,6 +163,20 @@ def _shorten_each(starts, ends, points, near, reference, pinned, halvings, propo
                 shorten(points, near, reference, halvings, v, proposed)
 
 
+def withdraw(state: State, before: Float64, after: Float64, halvings: int, refused: UInt8) -> None:
+    """Shorten steps until no face is newly inverted, all vertices of a face at the same time.
+
+    A vertex' step is halved at most `halvings` times, then refused: it is back where it was, and noted in
+    `refused`. Every round shortens a step, and without steps nothing is newly inverted: so it ends.
+    """
+    near, reference = state.near, state.reference
+    found = np.empty(len(near.offsets) - 1, np.bool_)
+    parallel.run(_find, *parallel.ranges(len(found)), before, after, near, reference, found)
+    faces = np.flatnonzero(found)
+    if len(faces):
+        _withdraw(before, after, near, reference, halvings, faces, refused)
+
+
 class NoInversion(Constraint):
     """No face that is not inverted becomes inverted, whether vertices move one by one or all at once.
 
@@ -179,7 +186,7 @@ class NoInversion(Constraint):
 
     name = "The promise that nothing inverts"
 
-    convex = False
+    topic = "inversion"
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         points, near, reference = state.points, state.near, state.reference
@@ -189,6 +196,12 @@ class NoInversion(Constraint):
                 smallest_share=parallel.COSTLY,
             )  # fmt: skip
             return
-        faces = parallel.ranges(len(near.offsets) - 1)
-        if sum(parallel.run(_count, *faces, points, proposed, near, reference)):
-            withdraw(points, proposed, near, reference, HALVINGS, np.zeros_like(state.pinned))
+        withdraw(state, points, proposed, HALVINGS, np.zeros_like(state.pinned))
+
+    def check(self, state: State) -> str:
+        found = np.empty(state.topology.n_faces, np.bool_)
+        parallel.run(
+            _find, *parallel.ranges(len(found)), state.original.points, state.points, state.near,
+            state.reference, found,
+        )  # fmt: skip
+        return f"{int(found.sum())} faces are inverted that were not" if found.any() else ""

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from .. import parallel
-from ..adjacency import BORDER
 from ..compiled import device, kernel
 from ..dihedral import face_normals
 from ..features import CORNER, CUSP
 from ..lanes import WIDTH, load, store
 from ..metric_tensor import eigen, first_eigenvector, metric_tensor
 from ..state import State
-from . import Constraint, Float64, Int64
+from . import Constraint, Float64, Int64, Phase, moved
 
 #: Of the primary space only eigenvectors count whose eigenvalue is at least this part of the largest (3.1).
 _SMALLEST_RATIO = 0.003
@@ -65,7 +64,19 @@ def _direction(  # type: ignore[no-untyped-def]
 
 @kernel
 def frame(  # type: ignore[no-untyped-def]
-    starts, ends, points, near, normals, pinned, classes, ridge_ring, limits, project, proposed, direction
+    starts,
+    ends,
+    points,
+    near,
+    normals,
+    pinned,
+    classes,
+    ridge_ring,
+    limits,
+    project,
+    slide,
+    proposed,
+    direction,
 ):
     """Write the direction d of each vertex, zero where it has none, and `project` steps on the null space.
 
@@ -153,11 +164,11 @@ def frame(  # type: ignore[no-untyped-def]
                 elif k == 2:
                     p = ridge_ring[v, 0]
                     q = ridge_ring[v, 1]
-                    # Half the way to their middle: the whole way would swing when all move at once.
+                    # Half the way to their middle at most: the whole way would swing when all move at once.
                     if p >= 0 and q >= 0:
-                        cx = 0.25 * ((points[p, 0] - x) + (points[q, 0] - x))
-                        cy = 0.25 * ((points[p, 1] - y) + (points[q, 1] - y))
-                        cz = 0.25 * ((points[p, 2] - z) + (points[q, 2] - z))
+                        cx = 0.5 * slide * ((points[p, 0] - x) + (points[q, 0] - x))
+                        cy = 0.5 * slide * ((points[p, 1] - y) + (points[q, 1] - y))
+                        cz = 0.5 * slide * ((points[p, 2] - z) + (points[q, 2] - z))
                     along = cx * x3 + cy * y3 + cz * z3
                     cx = along * x3
                     cy = along * y3
@@ -179,31 +190,37 @@ class NullSpace(Constraint):
 
     Smooth vertices move in their tangent plane. Ridge vertices move along the ridge, half way to the middle
     between their two neighbours on it: the mean of all neighbours would pull unevenly. Corners and cusps
-    stay. Classes are those of the run's start; eigenvectors are those of the mesh as it is.
+    stay, for the volume too: their neighbours give back what they would have to. Classes are those of the
+    run's start; eigenvectors are those of the mesh as it is.
 
     What vertices on a boundary may do is left to
-    :class:`~vtksmooth.kernels.constraints.boundary.Boundary`, except that corners on it stay.
+    :class:`~vtksmooth.kernels.constraints.boundary.Boundary`.
     """
 
     name = "The null space (null_space)"
+    phase = Phase.DIRECT
 
     def __init__(self) -> None:
         #: Direction d of each vertex (3.1), as the last pass found it; zero where there is none.
         self.direction: Float64 = np.empty((0, 3))
 
     def bind(self, state: State) -> None:
-        self.direction = np.empty_like(state.points)
+        self.direction = state.direction = np.empty_like(state.points)
         self._normals = normals_for(state)
-        state.pinned[(state.near.border == BORDER) & (state.features.classes >= CORNER)] = 1
+        state.pinned[state.features.classes >= CORNER] = 1
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         if len(self._normals):
             face_normals(state.mesh, self._normals)
         parallel.run(
             frame, starts, ends, state.points, state.near, self._normals, state.pinned,
-            state.features.classes, state.features.ridge_ring, _LIMITS, True, proposed, self.direction,
+            state.features.classes, state.features.ridge_ring, _LIMITS, True, state.slide, proposed,
+            self.direction,
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
+
+    def check(self, state: State) -> str:
+        return moved(state, state.features.classes >= CORNER)
 
 
 def normals_for(state: State) -> Float64:
@@ -220,6 +237,6 @@ def directions(state: State, starts: Int64, ends: Int64, normals: Float64, direc
         face_normals(state.mesh, normals)
     parallel.run(
         frame, starts, ends, state.points, state.near, normals, state.pinned,
-        _NO_CLASSES, _NO_RINGS, _LIMITS, False, direction, direction,
+        _NO_CLASSES, _NO_RINGS, _LIMITS, False, 0.0, direction, direction,
         smallest_share=parallel.COSTLY,
     )  # fmt: skip

@@ -6,15 +6,16 @@ from .. import parallel
 from ..compiled import kernel
 from ..quality import ring_normal
 from ..state import State
-from . import Constraint, Float64, Int64
+from . import Constraint, Float64, Int64, Phase
 
 
 @kernel
 def _project(starts, ends, points, near, pinned, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            if pinned[v]:
-                continue  # 0.0 taken from -0.0 would be other bits
+            # 0.0 taken from -0.0 would be other bits. What vertices on the boundary may do is its business.
+            if pinned[v] or near.border[v] != 0:
+                continue
             nx, ny, nz = ring_normal(points, near, v)
             x = points[v, 0]
             y = points[v, 1]
@@ -30,9 +31,14 @@ def _project(starts, ends, points, near, pinned, proposed):  # type: ignore[no-u
 
 
 class TangentPlane(Constraint):
-    """Take from every step its part along the vertex' area-weighted ring normal."""
+    """Take from every step its part along the vertex' area-weighted ring normal.
+
+    What vertices on a boundary may do is left to
+    :class:`~vtksmooth.kernels.constraints.boundary.Boundary`.
+    """
 
     name = "The tangent plane (tangent_plane)"
+    phase = Phase.DIRECT
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(_project, starts, ends, state.points, state.near, state.pinned, proposed)

@@ -7,17 +7,22 @@ never decides whether the vertex may go there. Pinned vertices are proposed to s
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..constraints import Constraint
 from ..guard import Guard
 from ..state import State
 
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
+
+#: A pass in place over the blocks of one colour, ``fused(first, starts, ends)``, `first` when the pass
+#: begins. Returns how many vertices have moved.
+Fused = Callable[[bool, Int64, Int64], int]
 
 
 class Scheme(ABC):
@@ -25,6 +30,12 @@ class Scheme(ABC):
 
     #: Passes over the mesh that make one iteration.
     passes: int = 1
+
+    #: Part of the proposed step that is taken: boundaries and ridges that slide go no more of their way.
+    relaxation: float = 1.0
+
+    #: Topics of constraints whose promise it keeps by itself.
+    keeps: frozenset[str] = frozenset()
 
     def bind(self, state: State) -> None:  # noqa: B027
         """Look at the mesh once, before the first pass."""
@@ -35,6 +46,18 @@ class Scheme(ABC):
     @abstractmethod
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Write targets for the vertices in ``starts[i]:ends[i]`` to the same rows of `proposed`."""
+
+    def fuse(self, state: State, acting: Sequence[Constraint], k: Float64, colours: Int64) -> Fused | None:
+        """Return a kernel that does a pass in place with exactly the constraints `acting`; None: in parts.
+
+        Parameters
+        ----------
+        k : (m,) float64
+            Aspect ratios of the faces as they are.
+        colours : (c,) int64
+            Starts of the ranges of vertices of one colour.
+        """
+        return None
 
 
 class Operations(NamedTuple):

@@ -40,7 +40,7 @@ class Directional(Scheme):
         self, weights: Weights, factors: tuple[float, ...] = (0.5,), thin_plate: bool = False
     ) -> None:
         self.asked_weights, self.factors, self.thin_plate = weights, factors, thin_plate
-        self.passes = len(factors)
+        self.passes, self.relaxation = len(factors), factors[0]
 
     def bind(self, state: State) -> None:
         self.weights = self.asked_weights.in_run(state)

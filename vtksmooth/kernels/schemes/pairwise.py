@@ -480,6 +480,8 @@ class Pairwise(EdgeScheme):
     operations could meet are never worked on at the same time, so the number of threads does not matter.
     """
 
+    keeps = frozenset({"volume"})
+
     def __init__(self, relaxation: float = 0.7, weights: Weights | None = None) -> None:
         self.relaxation, self.asked_weights = relaxation, weights or Weights()
 

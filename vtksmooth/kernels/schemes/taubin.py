@@ -22,6 +22,7 @@ class Taubin(Scheme):
     passes = 2
 
     def __init__(self, relaxation: float = 0.5, pass_band: float = 0.1) -> None:
+        self.relaxation = relaxation
         self.factors = (relaxation, 1.0 / (pass_band - 1.0 / relaxation))
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .. import parallel
 from ..compiled import device, kernel
+from ..constraints import Constraint
+from ..constraints.gate import ASPECT, MARGIN, Gate
 from ..state import State
-from . import Float64, Int64, Scheme
+from . import Float64, Fused, Int64, Scheme, trapezium_sweep
 from .trapezium_sweep import EQUAL_COSINES
 
 
@@ -113,3 +117,20 @@ class TrapeziumDrawing(Scheme):
             state.points, near.star_offsets, near.star, state.pinned, state.widest_star, proposed,
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
+
+    def fuse(self, state: State, acting: Sequence[Constraint], k: Float64, colours: Int64) -> Fused | None:
+        """Return the quick sweep, with nothing but the aspect-ratio gate."""
+        gates = [each for each in acting if isinstance(each, Gate) and each.kind == ASPECT]
+        kept = trapezium_sweep.prepare(state, k, colours) if gates == list(acting) != [] else None
+        if kept is None:
+            return None
+        worst = float(k.min())
+
+        def fused(first: bool, starts: Int64, ends: Int64) -> int:
+            nonlocal worst
+            # Where nothing is inverted nothing will be, and the worst is never asked for.
+            if first and worst < 0.0:
+                worst = float(kept.squares.min())
+            return trapezium_sweep.sweep(state, kept, MARGIN, worst, starts, ends)
+
+        return fused

@@ -1,0 +1,186 @@
+"""Every promise holds in every company: all schemes with all pairs of constraints, and random sets."""
+
+from itertools import combinations
+
+import meshes
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from schemes import SCHEMES
+
+from vtksmooth.errors import ParameterError
+from vtksmooth.kernels import adjacency, loop
+from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.constraints.blend import Blend
+from vtksmooth.kernels.constraints.boundary import Boundary
+from vtksmooth.kernels.constraints.containment import Containment
+from vtksmooth.kernels.constraints.creases import Creases
+from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.constraints.displacement_bound import DisplacementBound
+from vtksmooth.kernels.constraints.features import FeatureLines
+from vtksmooth.kernels.constraints.fixed import Fixed
+from vtksmooth.kernels.constraints.gate import Gate
+from vtksmooth.kernels.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.constraints.no_inversion import NoInversion
+from vtksmooth.kernels.constraints.null_space import NullSpace
+from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.schemes.pairwise import Pairwise
+from vtksmooth.kernels.signed_distance import SignedDistanceTree
+
+
+def space_round(mesh):
+    """A box that cuts into what smoothing wants: its walls touch the outermost points."""
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    box = meshes.cube(1)
+    return SignedDistanceTree(
+        Mesh.from_arrays(low + box.points * (high - low), box.offsets, box.connectivity)
+    )
+
+
+def numbers(mesh, *choices):
+    return np.random.default_rng(4).choice(choices, mesh.n_points)
+
+
+CONSTRAINTS = {
+    "fixed": lambda mesh: Fixed(numbers(mesh, 0, 0, 0, 1)),
+    "blend": lambda mesh: Blend(numbers(mesh, 0.0, 0.3, 1.0)),
+    "displacement": lambda mesh: DisplacementBound(numbers(mesh, 0.0, 0.02, 0.1, np.inf)),
+    "sliding boundary": lambda mesh: Boundary(sliding=True),
+    "features held": lambda mesh: FeatureLines(sliding=False),
+    "features slide": lambda mesh: FeatureLines(sliding=True),
+    "creases": lambda mesh: Creases(30.0),
+    "deviation": lambda mesh: DeviationBound(0.03),
+    "tangent plane": lambda mesh: TangentPlane(),
+    "null space": lambda mesh: NullSpace(),
+    "back to surface": lambda mesh: BackToSurface(),
+    "volume": lambda mesh: LocalVolume(0),
+    "corrected volume": lambda mesh: LocalVolume(2),
+    "no inversion": lambda mesh: NoInversion(),
+    "curvature": lambda mesh: CurvatureBound(3.0),
+    "space": lambda mesh: Containment(space_round(mesh), 1e-9),
+    "exact space": lambda mesh: Containment(space_round(mesh), 1e-9, exact=True),
+    "angle gate": lambda mesh: Gate("angle"),
+    "aspect gate": lambda mesh: Gate("aspect"),
+    "floor gate": lambda mesh: Gate("floor"),
+}
+
+#: What one filter cannot ask for: two ways of one parameter.
+ALTERNATIVES = [
+    {"features held", "features slide"},
+    {"volume", "corrected volume"},
+    {"space", "exact space"},
+    {"angle gate", "aspect gate"},
+    {"angle gate", "floor gate"},
+    {"aspect gate", "floor gate"},
+]
+PAIRS = [pair for pair in combinations(CONSTRAINTS, 2) if set(pair) not in ALTERNATIVES]
+
+MESHES = [
+    make(kind)
+    for kind in meshes.KINDS
+    for make in (
+        lambda kind: meshes.sheet(7, 6, kind, jitter=0.4, bump=2.0, seed=7, boundary_jitter=0.3),
+        lambda kind: meshes.torus(12, 8, kind, jitter=0.25, seed=3),
+    )
+]
+
+#: Refused because they contradict each other; on meshes of triangles, all that is.
+REFUSED = {frozenset({"back to surface", "volume"}), frozenset({"back to surface", "corrected volume"})}
+
+
+def run(mesh, scheme, names, iterations=3):
+    constraints = [CONSTRAINTS[name](mesh) for name in names]
+    return loop.smooth(mesh, scheme, constraints, iterations=iterations, checked=True)
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_every_pair_of_promises_is_kept(name):
+    broken = []
+    for number, pair in enumerate(PAIRS):
+        mesh = MESHES[(number + list(SCHEMES).index(name)) % len(MESHES)]
+        if "exact space" in pair and not mesh.only_triangles:
+            mesh = MESHES[number % 2]
+        if frozenset(pair) in REFUSED:
+            with pytest.raises(ParameterError, match="cannot go together with"):
+                run(mesh, SCHEMES[name], pair)
+            continue
+        try:
+            points, report = run(mesh, SCHEMES[name], pair)
+        except ParameterError as error:
+            assert "exact space" in pair, error  # noqa: PT017
+            continue
+        assert np.isfinite(points).all()
+        broken += [(pair, said) for said in report.broken]
+    assert not broken
+
+
+@given(
+    mesh=st.sampled_from(MESHES),
+    name=st.sampled_from(list(SCHEMES)),
+    names=st.lists(st.sampled_from(list(CONSTRAINTS)), min_size=3, max_size=5, unique=True),
+    iterations=st.integers(1, 8),
+)
+@settings(max_examples=150)
+def test_random_sets_of_promises_are_kept(mesh, name, names, iterations):
+    for alternatives in ALTERNATIVES:
+        if alternatives <= set(names):
+            names.remove(min(alternatives))
+    if "exact space" in names and not mesh.only_triangles:
+        names.remove("exact space")
+    try:
+        _, report = run(mesh, SCHEMES[name], names, iterations)
+    except ParameterError as error:
+        assert "cannot go together" in str(error)  # noqa: PT017
+        return
+    assert report.broken == []
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids=" and ".join)
+def test_on_edges_promises_are_kept_or_refused(pair):
+    for mesh in MESHES[:2]:
+        try:
+            _, report = run(mesh, Pairwise(), pair)
+        except ParameterError as error:
+            assert "operations on edges" in str(error) or "cannot go together" in str(error)  # noqa: PT017
+            continue
+        assert report.broken == []
+
+
+@pytest.mark.parametrize(
+    "name", ["fixed", "displacement", "sliding boundary", "creases", "deviation", "back to surface", "volume",
+             "no inversion", "space", "aspect gate", "floor gate"],
+)  # fmt: skip
+def test_checks_see_what_is_broken(name):
+    # A constraint that only looks on finds that its promise is broken: the check can fail.
+    constraint = {
+        **CONSTRAINTS,
+        "deviation": lambda mesh: DeviationBound(0.003),
+    }[name](MESHES[1 if name in ("creases", "volume") else 0])
+    constraint.dispose = lambda *_: None
+    constraint.conserve = lambda *_: True
+    mesh = MESHES[1 if name in ("creases", "volume") else 0]
+
+    class Wild(type(SCHEMES["umbrella"])):
+        """Moves everything that is free, and far; where all move at once, what is pinned, too."""
+
+        def propose(self, state, turn, starts, ends, proposed):
+            proposed[:] = state.points + 0.4 * np.random.default_rng(1).normal(size=proposed.shape)
+
+    constraint.companions = ()
+    _, report = loop.smooth(mesh, Wild(), [constraint], iterations=1, checked=True)
+    assert any(str(constraint) in said for said in report.broken)
+
+
+def test_the_table_of_refusals_is_that_of_the_declarations():
+    refused = set()
+    mesh = MESHES[1]
+    for pair in PAIRS:
+        made = [CONSTRAINTS[name](mesh) for name in pair]
+        if any(one.topic in other.conflicts for one in made for other in made):
+            refused.add(frozenset(pair))
+    assert refused == REFUSED
+    assert len(refused) <= 0.1 * len(PAIRS)
+    assert adjacency.build(mesh) is not None
