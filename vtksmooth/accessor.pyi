@@ -371,23 +371,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'aspect'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -407,7 +407,7 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         inplace : bool, default False
@@ -505,23 +505,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -541,23 +541,23 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'umbrella'
             Which weights.
         weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
-            Weights of the schemes thin-plate, taubin and pairwise.
+            Weights of the schemes thin-plate, taubin and pairwise. Only where scheme is thin-plate, taubin or pairwise.
         flow : str, default None
-            Array of vectors along which to smooth more than across.
+            Array of vectors along which to smooth more than across. Only where scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin or pairwise.
         flow_weight : float, default 3.0
-            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more.
+            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more. Only where flow is set.
         relaxation_factor : float, default 0.5
-            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1.
+            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off.
         implicit_step : float, default None
-            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off).
+            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off). Only where scheme is umbrella, scale-dependent, cotangent or thin-plate.
         pass_band : float, default 0.1
-            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9.
+            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9. Only where scheme is taubin.
         tangent_plane : bool, default False
             Move vertices only across the surface, not off it.
         back_to_surface : bool, default False
@@ -644,23 +644,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -680,7 +680,7 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         weighted : bool, default False
@@ -759,23 +759,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'angle'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -795,7 +795,7 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         relaxation_factor : float, default 1.0
@@ -878,23 +878,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'sliding'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'slide'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 40.0
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default 40.0
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'floor'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -914,7 +914,7 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         relaxation_factor : float, default 1.0
@@ -1006,23 +1006,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'slide'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default True
@@ -1042,13 +1042,13 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'equilateral', 'trapezium-drawing', 'angle-based', 'weighted-angle-based'}, default 'umbrella'
             Which steps are proposed.
         relaxation_factor : float, default 0.5
-            Part of the proposed step that is taken, by schemes that have one. Allowed: from 0 to 1.
+            Part of the proposed step that is taken. Allowed: from 0 to 1. Only where scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin, area-weighted, angle-weighted, odt or equilateral.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False
@@ -1238,23 +1238,23 @@ class VtksmoothAccessor:
         boundary : {'fixed', 'sliding'}, default 'fixed'
             Whether boundary points stay or slide along the boundary.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg.
+            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
-            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto.
+            Dihedral angle from which an edge is a ridge, where no arrays say what the features are. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         corner_angle : float, default 'auto'
-            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto.
+            Turning angle from which a ridge or a cone has a corner, where no arrays say it. Allowed: from 0 to 180 deg, or auto. Only where features is hold or slide or null_space is on.
         added_edges : str, default 'AddedFeatureEdges'
-            Field array of pairs of points: edges that are ridges, whatever their angle.
+            Field array of pairs of points: edges that are ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         removed_edges : str, default 'RemovedFeatureEdges'
-            Field array of pairs of points: edges that are no ridges, whatever their angle.
+            Field array of pairs of points: edges that are no ridges, whatever their angle. Only where features is hold or slide or null_space is on.
         crease_angle : float, default None
             Edges with a dihedral angle above this stay above it. Allowed: from 0 to 180 deg, or None (off).
         gate : {'none', 'angle', 'aspect', 'floor'}, default 'none'
             What must improve round a vertex for it to move: nothing, the smallest angle, the smallest aspect ratio, or (floor) that below gate_floor and the mean above it.
         gate_floor : float, default 0.6
-            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1.
+            Of the gate with a floor: aspect ratio that is good enough. Allowed: from 0 to 1. Only where gate is floor.
         max_deviation_fraction : float, default None
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
@@ -1274,23 +1274,23 @@ class VtksmoothAccessor:
         stop_gain : float, default None
             Stop when an iteration raises the mean aspect ratio by less than this. Allowed: a number, or None (off).
         stop_statistic : {'max', 'mean'}, default 'max'
-            What of normals, dihedral angles and distances the stop rules look at.
+            What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
         scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'pairwise'
             Scheme; only pairwise keeps the volume.
         weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
-            Weights of the schemes thin-plate, taubin and pairwise.
+            Weights of the schemes thin-plate, taubin and pairwise. Only where scheme is thin-plate, taubin or pairwise.
         flow : str, default None
-            Array of vectors along which to smooth more than across.
+            Array of vectors along which to smooth more than across. Only where scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin or pairwise.
         flow_weight : float, default 3.0
-            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more.
+            How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more. Only where flow is set.
         relaxation_factor : float, default 1.0
-            Part of the proposed step that is taken. Allowed: from 0 to 1.
+            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off.
         implicit_step : float, default None
-            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off).
+            Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off). Only where scheme is umbrella, scale-dependent, cotangent or thin-plate.
         pass_band : float, default 0.1
-            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9.
+            Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9. Only where scheme is taubin.
         tangent_plane : bool, default False
             Move vertices only across the surface, not off it.
         back_to_surface : bool, default False
@@ -1298,7 +1298,7 @@ class VtksmoothAccessor:
         curvature_radius : float, default 'auto'
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
-            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more.
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         contact_fraction : float, default 1e-06
             Points no farther from the installation space than this part of its diagonal are fixed. Allowed: 0 diagonals or more.
         blend_rings : int, default 3

@@ -105,13 +105,18 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
     """Yield parameter values that together reach every scheme, gate and constraint of a filter."""
     declared = cls.parameters()
     everything = {name: value for name, value in _EVERYTHING.items() if name in declared}
-    yield {}
-    yield everything
-    yield from ({n: v for n, v in besides.items() if n in declared} for besides in _BESIDES)
+    settings = [
+        {},
+        everything,
+        *({n: v for n, v in besides.items() if n in declared} for besides in _BESIDES),
+    ]
     for name in ("scheme", "gate", "weight", "weights", "containment"):
         for choice in (declared[name].choices or ()) if name in declared else ():
-            yield {name: choice}
-            yield {**everything, name: choice}
+            settings += [{name: choice}, {**everything, name: choice}]
+    for setting in settings:
+        # What has no say would be refused.
+        values = {name: parameter.default for name, parameter in declared.items()} | setting
+        yield {name: value for name, value in setting.items() if declared[name].has_say(values.__getitem__)}
 
 
 def _pick(mesh: Mesh) -> None:

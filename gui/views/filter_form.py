@@ -62,6 +62,7 @@ class FilterForm(QScrollArea):
     def show_filter(self, cls: type[Filter] | None) -> None:
         """Show the form of a filter with its defaults, or nothing."""
         self.filter, self.rows, self.inputs, self.sections = cls, {}, {}, {}
+        self._labels: dict[str, QLabel] = {}
         page = QWidget()
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 0, 4, 0)
@@ -88,12 +89,14 @@ class FilterForm(QScrollArea):
             row = ParameterRow(parameter, self._names)
             row.set_unit(self._unit)
             row.changed.connect(self.edited)
-            row.changed.connect(self._name_sections)
+            row.changed.connect(self._follow)
             self.rows[name] = row
             if parameter.group not in forms:
                 forms[parameter.group] = self._section(column, parameter.group)
-            forms[parameter.group].addRow(self._label(row.label, row.tip), row)
-        self._name_sections()
+            label = self._label(row.label, row.tip)
+            self._labels[name] = label
+            forms[parameter.group].addRow(label, row)
+        self._follow()
 
     def _section(self, column: QVBoxLayout, group: str) -> QFormLayout:
         """Add a form that can be folded."""
@@ -123,8 +126,20 @@ class FilterForm(QScrollArea):
             bar = self.verticalScrollBar().sizeHint().width()
             self.setMinimumWidth(page.minimumSizeHint().width() + bar)
 
-    def _name_sections(self) -> None:
-        """Tell on each section how many of its parameters are not the defaults: folded, they act as well."""
+    def _has_say(self, name: str) -> bool:
+        return self.rows[name].parameter.has_say(lambda other: self.rows[other].value)
+
+    def _follow(self) -> None:
+        """Grey the parameters that have no effect with what is chosen.
+
+        And tell on each section how many of its parameters are not the defaults: folded, they act as well.
+        """
+        for name, row in self.rows.items():
+            if row.parameter.only and row.isEnabled() != (say := self._has_say(name)):
+                row.setEnabled(say)
+                self._labels[name].setEnabled(say)
+                where = f"<p>Has an effect where {row.parameter.where}.</p>"
+                self._labels[name].setToolTip(row.tip + ("" if say else where))
         changed = [self.rows[name].parameter.group for name in self.values()]
         for group, button in self.sections.items():
             count = changed.count(group)
@@ -147,8 +162,12 @@ class FilterForm(QScrollArea):
     # -- what is chosen ----------------------------------------------------------------------------
 
     def values(self) -> dict[str, Any]:
-        """Return the parameters that are not the filter's defaults."""
-        return {name: row.value for name, row in self.rows.items() if row.value != row.parameter.default}
+        """Return the parameters that are not the filter's defaults, and have an effect."""
+        return {
+            name: row.value
+            for name, row in self.rows.items()
+            if row.value != row.parameter.default and self._has_say(name)
+        }
 
     def set_values(self, values: dict[str, Any]) -> None:
         """Show parameters; those not named get their defaults."""
@@ -156,6 +175,7 @@ class FilterForm(QScrollArea):
             value = values.get(name, row.parameter.default)
             if row.value != value:
                 row.set_value(value)
+        self._follow()
 
     def choose_input(self, name: str, target: Any) -> None:
         """Show that a further input is `target`, one of those that are offered."""

@@ -969,3 +969,21 @@ def test_the_widgets_of_all_forms_share_one_palette(user, theme):
         palettes |= {one.palette().cacheKey() for one in drawn}
     assert len(palettes) == 1
     assert {box.palette().window().color().name() for box in page.findChildren(QCheckBox)} == boxes
+
+
+def test_parameters_without_effect_are_grey_and_not_passed(user, ant):
+    user.drop(ant)
+    user.choose(LaplacianSmoothing, scheme="taubin", pass_band=0.05)
+    filters = user.window.filters
+    band, weights = filters.form.rows["pass_band"], filters.form.rows["weights"]
+    assert band.isEnabled()
+    assert weights.isEnabled()
+    assert filters.form.values() == {"scheme": "taubin", "pass_band": 0.05}
+    filters.form.rows["scheme"].set_value("umbrella")
+    filters.form.rows["scheme"].changed.emit(False)
+    assert not band.isEnabled()
+    assert not weights.isEnabled()
+    assert filters.form.values() == {}
+    before = user.mesh
+    user.do("apply")
+    assert user.mesh is not before

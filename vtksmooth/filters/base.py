@@ -203,6 +203,7 @@ class Filter(VTKPythonAlgorithmBase):
         self.last_error = None
         try:
             sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
+            self._refuse_what_is_not_read()
             with compiling_ahead(type(self).__name__):
                 self._execute_all(sources, outputs)
         except Cancelled as cancelled:
@@ -222,6 +223,16 @@ class Filter(VTKPythonAlgorithmBase):
         # "Failure" makes the executive print that a request failed. That is for those who pull on this
         # filter from downstream: an abort is none, and Update() is about to raise the exception itself.
         return int(self._will_raise or isinstance(self.last_error, Cancelled))
+
+    def _refuse_what_is_not_read(self) -> None:
+        for name, parameter in self.parameters().items():
+            value = getattr(self, name)
+            if value != parameter.default and not parameter.has_say(lambda other: getattr(self, other)):
+                now = ", ".join(f"{other}={getattr(self, other)!r}" for other in parameter.only)
+                raise ParameterError(
+                    f"{name}={value!r} has no effect with {now}: leave it out; it has one where "
+                    f"{parameter.where}."
+                )
 
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
         if not isinstance(sources[0], vtkCompositeDataSet):

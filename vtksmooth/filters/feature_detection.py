@@ -71,8 +71,8 @@ class FeatureDetection(Filter):
         "Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float,
     )  # fmt: skip
-    added_edges = SmoothingFilter.added_edges
-    removed_edges = SmoothingFilter.removed_edges
+    added_edges = SmoothingFilter.added_edges.always()
+    removed_edges = SmoothingFilter.removed_edges.always()
     weight = Parameter(
         "area",
         "What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).",

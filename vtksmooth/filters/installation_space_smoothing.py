@@ -21,7 +21,7 @@ from .arrays import points_of, vtk_array
 from .base import add_field
 from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
-from .parameter import AUTO, CONSTRAINTS, Parameter
+from .parameter import AUTO, CONSTRAINTS, SET, Parameter
 from .signed_distance import opened, touching_distance, used_points
 from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
 from .valence_triangulation import ValenceTriangulation
@@ -82,14 +82,15 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         "Scheme; only pairwise keeps the volume.",
         choices=LaplacianSmoothing.scheme.choices,
     )
-    relaxation_factor = Parameter(1.0, "Part of the proposed step that is taken.", low=0.0, high=1.0)
+    relaxation_factor = LaplacianSmoothing.relaxation_factor.with_default(1.0)
     curvature_radius = Parameter(
         AUTO, "Leave points where the surface is as flat as a sphere of this radius; auto: by the noise.",
         low=0.0, unit="model units", optional=True, automatic=True, type=float,
     )  # fmt: skip
     curvature_ramp = Parameter(
-        0.0, "Steps grow from nothing to full length between 1 and 1 + this times the bound.", low=0.0
-    )
+        0.0, "Steps grow from nothing to full length between 1 and 1 + this times the bound.",
+        low=0.0, only={"curvature_radius": SET},
+    )  # fmt: skip
     contact_fraction = InstallationSpaceRegions.contact_fraction
     blend_rings = InstallationSpaceRegions.blend_rings
     containment = Parameter(

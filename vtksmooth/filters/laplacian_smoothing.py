@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError
 from ..kernels.laplacian import KINDS, Weights
 from ..kernels.schemes import Scheme
 from ..kernels.schemes.angle_weighted import AngleWeighted
@@ -23,15 +22,64 @@ from ..kernels.schemes.taubin import Taubin
 from ..kernels.schemes.thin_plate import ThinPlate
 from ..kernels.schemes.umbrella import Umbrella
 from .arrays import vectors_at_points
-from .parameter import CONSTRAINTS, Parameter
+from .parameter import CONSTRAINTS, SET, Parameter
 from .smoothing import SmoothingFilter
 
-_FACE_CENTRES: dict[str, Callable[[float], Scheme]] = {
-    "area-weighted": AreaWeighted,
-    "angle-weighted": AngleWeighted,
-    "odt": OptimalDelaunay,
-}
 Float64 = npt.NDArray[np.float64]
+
+
+class _Row(NamedTuple):
+    """What a scheme is made by, and what of the filter it can make use of."""
+
+    #: ``make(filter, weights)``.
+    make: Callable[[LaplacianSmoothing, Weights], Scheme]
+    #: Whether its weights can be chosen, may go by a flow, and make a system for implicit steps.
+    weights: bool
+    flow: bool
+    implicit: bool
+
+
+def _of_neighbours(quick: Callable[[float], Scheme], thin_plate: bool = False) -> Any:
+    """Return what makes a scheme of weights of the one-ring: by `quick`, which knows its own."""
+
+    def make(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
+        own = weights.kind == ("umbrella" if thin_plate else smoothing.scheme)
+        if own and not weights.directional:
+            return quick(smoothing.relaxation_factor)
+        return Directional(weights, (smoothing.relaxation_factor,), thin_plate)
+
+    return make
+
+
+def _of_faces(scheme: Callable[[float], Scheme]) -> Any:
+    return lambda smoothing, weights: scheme(smoothing.relaxation_factor)
+
+
+def _taubin(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
+    taubin = Taubin(smoothing.relaxation_factor, smoothing.pass_band)
+    return taubin if weights.constant else Directional(weights, taubin.factors)
+
+
+def _pairwise(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
+    return Pairwise(smoothing.relaxation_factor, weights)
+
+
+#: All schemes of the filter.
+SCHEMES: dict[str, _Row] = {
+    "umbrella": _Row(_of_neighbours(Umbrella), weights=False, flow=True, implicit=True),
+    "scale-dependent": _Row(_of_neighbours(ScaleDependent), weights=False, flow=True, implicit=True),
+    "cotangent": _Row(_of_neighbours(Cotangent), weights=False, flow=True, implicit=True),
+    "thin-plate": _Row(_of_neighbours(ThinPlate, thin_plate=True), weights=True, flow=True, implicit=True),
+    "taubin": _Row(_taubin, weights=True, flow=True, implicit=False),
+    "area-weighted": _Row(_of_faces(AreaWeighted), weights=False, flow=False, implicit=False),
+    "angle-weighted": _Row(_of_faces(AngleWeighted), weights=False, flow=False, implicit=False),
+    "odt": _Row(_of_faces(OptimalDelaunay), weights=False, flow=False, implicit=False),
+    "pairwise": _Row(_pairwise, weights=True, flow=True, implicit=False),
+}
+
+
+def _schemes(ability: str) -> dict[str, Any]:
+    return {"scheme": tuple(name for name, row in SCHEMES.items() if getattr(row, ability))}
 
 
 class LaplacianSmoothing(SmoothingFilter):
@@ -71,34 +119,34 @@ class LaplacianSmoothing(SmoothingFilter):
 
     command = "laplacian"
 
-    scheme = Parameter(
-        "umbrella",
-        "Which weights.",
-        choices=(
-            "umbrella", "scale-dependent", "cotangent", "thin-plate", "taubin", *_FACE_CENTRES, "pairwise",
-        ),
-    )  # fmt: skip
+    scheme = Parameter("umbrella", "Which weights.", choices=tuple(SCHEMES))
     weights = Parameter(
-        "umbrella", "Weights of the schemes thin-plate, taubin and pairwise.", choices=tuple(KINDS)
+        "umbrella",
+        "Weights of the schemes thin-plate, taubin and pairwise.",
+        choices=tuple(KINDS),
+        only=_schemes("weights"),
     )
     flow = Parameter(
-        None, "Array of vectors along which to smooth more than across.", optional=True, type=str,
+        None, "Array of vectors along which to smooth more than across.",
+        optional=True, type=str, only=_schemes("flow"),
     )  # fmt: skip
     flow_weight = Parameter(
-        3.0, "How much more neighbours along the flow weigh; 0 is as much as all others.", low=0.0
-    )
+        3.0, "How much more neighbours along the flow weigh; 0 is as much as all others.",
+        low=0.0, only={"flow": SET},
+    )  # fmt: skip
     relaxation_factor = Parameter(
-        0.5, "Part of the proposed step that is taken (thin-plate diverges above 0.55).", low=0.0, high=1.0
-    )
+        0.5, "Part of the proposed step that is taken (thin-plate diverges above 0.55).",
+        low=0.0, high=1.0, only={"implicit_step": (None,)},
+    )  # fmt: skip
     implicit_step = Parameter(
         None,
         "Solve for the end of a step of this size, which is stable for any; off: explicit steps of "
         "relaxation_factor.",
-        low=0.0, high=10_000.0, optional=True, type=float,
+        low=0.0, high=10_000.0, optional=True, type=float, only=_schemes("implicit"),
     )  # fmt: skip
     pass_band = Parameter(
         0.1, "Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more.",
-        low=0.001, high=0.9,
+        low=0.001, high=0.9, only={"scheme": ("taubin",)},
     )  # fmt: skip
     tangent_plane = Parameter(False, "Move vertices only across the surface, not off it.", group=CONSTRAINTS)
     back_to_surface = Parameter(False, "Put every vertex back on the original surface.", group=CONSTRAINTS)
@@ -115,30 +163,5 @@ class LaplacianSmoothing(SmoothingFilter):
         kind = self.scheme if self.scheme in KINDS else self.weights
         weights = Weights(kind, self._vectors, self.flow_weight)
         if self.implicit_step is not None:
-            if self.scheme not in KINDS and self.scheme != "thin-plate":
-                raise ParameterError(
-                    f"The scheme {self.scheme} has no implicit steps; switch implicit_step off, or choose "
-                    f"{', '.join(KINDS)} or thin-plate."
-                )
             return Implicit(weights, self.implicit_step, thin_plate=self.scheme == "thin-plate")
-        if self.scheme == "pairwise":
-            return Pairwise(self.relaxation_factor, weights)
-        if self.scheme in _FACE_CENTRES:
-            if weights.directional:
-                raise ParameterError(
-                    f"The scheme {self.scheme} has no weights for a flow; choose umbrella, say, or pairwise."
-                )
-            return _FACE_CENTRES[self.scheme](self.relaxation_factor)
-        if (self.scheme not in KINDS and kind != "umbrella") or weights.directional:
-            taubin = Taubin(self.relaxation_factor, self.pass_band).factors
-            factors = taubin if self.scheme == "taubin" else (self.relaxation_factor,)
-            return Directional(weights, factors, thin_plate=self.scheme == "thin-plate")
-        if self.scheme == "taubin":
-            return Taubin(self.relaxation_factor, self.pass_band)
-        schemes: dict[str, Callable[[float], Scheme]] = {
-            "umbrella": Umbrella,
-            "scale-dependent": ScaleDependent,
-            "cotangent": Cotangent,
-            "thin-plate": ThinPlate,
-        }
-        return schemes[self.scheme](self.relaxation_factor)
+        return SCHEMES[self.scheme].make(self, weights)

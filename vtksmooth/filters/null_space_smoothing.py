@@ -34,6 +34,9 @@ _SCHEMES: dict[str, Callable[[float], Scheme]] = {
     "weighted-angle-based": lambda relaxation: AngleBased(weighted=True),
 }
 
+#: Schemes that always take their whole step.
+_WHOLE_STEPS = ("trapezium-drawing", "angle-based", "weighted-angle-based")
+
 
 class NullSpaceSmoothing(SmoothingFilter):
     """Redistribute the points of a surface that is to stay as it is: for simulations that smooth every step.
@@ -72,8 +75,9 @@ class NullSpaceSmoothing(SmoothingFilter):
 
     scheme = Parameter("umbrella", "Which steps are proposed.", choices=tuple(_SCHEMES))
     relaxation_factor = Parameter(
-        0.5, "Part of the proposed step that is taken, by schemes that have one.", low=0.0, high=1.0
-    )
+        0.5, "Part of the proposed step that is taken.", low=0.0, high=1.0,
+        only={"scheme": tuple(name for name in _SCHEMES if name not in _WHOLE_STEPS)},
+    )  # fmt: skip
     features = SmoothingFilter.features.with_default("slide")
     null_space = SmoothingFilter.null_space.with_default(True)
     corrections = SmoothingFilter.corrections.with_default(2)

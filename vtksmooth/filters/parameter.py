@@ -17,6 +17,9 @@ from ..errors import ParameterError
 #: Value of a parameter that the filter chooses by the mesh.
 AUTO = "auto"
 
+#: For `only`: any value that is not "off".
+SET = "set"
+
 #: Groups of parameters, beside the filter's own.
 CONSTRAINTS, STOP_RULES, OUTPUT = "constraints", "stop rules", "output"
 
@@ -48,6 +51,9 @@ class Parameter:
         What it belongs to where forms and help texts list it; empty: to what makes the filter.
     text : str
         What a str is that is no array's name, in a word; the help says how it is written.
+    only : mapping of str to sequence or "set", optional
+        Other parameters and those of their values with which this one has a say, if it has not always; one
+        of them is enough. Where it has none, only its default is accepted.
 
     Examples
     --------
@@ -80,10 +86,11 @@ class Parameter:
         codes: Mapping[int, str] | None = None,
         group: str = "",
         text: str = "",
+        only: Mapping[str, tuple[Any, ...] | str] | None = None,
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
-        self.automatic, self.group, self.text = automatic, group, text
+        self.automatic, self.group, self.text, self.only = automatic, group, text, dict(only or {})
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 
@@ -91,6 +98,12 @@ class Parameter:
         """Return the same declaration with another default, for a subclass of the filter."""
         other = copy(self)
         other.default = default
+        return other
+
+    def always(self) -> Parameter:
+        """Return the same declaration with a say whatever the others are, for another filter."""
+        other = copy(self)
+        other.only = {}
         return other
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -143,6 +156,18 @@ class Parameter:
         words += ", or auto" if self.automatic else ""
         return words + (", or None (off)" if self.optional else "")
 
+    def has_say(self, value_of: Callable[[str], Any]) -> bool:
+        """Return whether its value is read, given those of the filter's other parameters."""
+        return not self.only or any(
+            value_of(name) is not None if values == SET else value_of(name) in values
+            for name, values in self.only.items()
+        )
+
+    @property
+    def where(self) -> str:
+        """Where it has a say, in words; '' if it always has."""
+        return " or ".join(f"{name} is {_one_of(values)}" for name, values in self.only.items())
+
     def check(self, value: Any) -> Any:
         """Return `value` in the parameter's type.
 
@@ -178,6 +203,12 @@ class Parameter:
         if (self.low is not None and number < self.low) or (self.high is not None and number > self.high):
             raise wrong
         return typed
+
+
+def _one_of(values: tuple[Any, ...] | str) -> str:
+    words = [values] if isinstance(values, str) else ["off" if v in (None, False) else str(v) for v in values]
+    words = ["on" if word == "True" else word for word in words]
+    return ", ".join(words[:-1]) + " or " * (len(words) > 1) + words[-1]
 
 
 def parameters_of(cls: type) -> dict[str, Parameter]:
@@ -224,5 +255,6 @@ def documentation(cls: type) -> str:
         default = f"default {parameter.default!r}"
         lines.append(f"{parameter.name} : {kind}, {default}")
         span = f" Allowed: {parameter.range}." if parameter.type in (int, float) else ""
-        lines.append(f"    {parameter.help}{span}")
+        where = f" Only where {parameter.where}." if parameter.only else ""
+        lines.append(f"    {parameter.help}{span}{where}")
     return "\n".join(lines)

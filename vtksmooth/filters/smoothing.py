@@ -31,7 +31,7 @@ from ..kernels.schemes import Scheme
 from ..report import RunReport
 from .arrays import edge_array, point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field, output_like
-from .parameter import AUTO, CONSTRAINTS, OUTPUT, STOP_RULES, Parameter
+from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
@@ -48,6 +48,10 @@ FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
 
 #: Field arrays of edges that are features, or none, whatever the detection says.
 ADDED_EDGES, REMOVED_EDGES = "AddedFeatureEdges", "RemovedFeatureEdges"
+
+
+#: Where it matters what the features are.
+_FEATURES: dict[str, Any] = {"features": ("hold", "slide"), "null_space": (True,)}
 
 
 def edits_of(algorithm: Any, source: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]] | None:
@@ -100,7 +104,7 @@ class SmoothingFilter(Filter):
     )
     boundary_corner_angle = Parameter(
         30.0, "Sliding boundary points stay where the boundary turns by more than this.",
-        low=0.0, high=180.0, unit="deg", group=CONSTRAINTS,
+        low=0.0, high=180.0, unit="deg", group=CONSTRAINTS, only={"boundary": ("sliding",)},
     )  # fmt: skip
     features = Parameter(
         "ignore",
@@ -110,19 +114,19 @@ class SmoothingFilter(Filter):
     )
     ridge_angle = Parameter(
         AUTO, "Dihedral angle from which an edge is a ridge, where no arrays say what the features are.",
-        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS,
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS, only=_FEATURES,
     )  # fmt: skip
     corner_angle = Parameter(
         AUTO, "Turning angle from which a ridge or a cone has a corner, where no arrays say it.",
-        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS,
+        low=0.0, high=180.0, unit="deg", automatic=True, type=float, group=CONSTRAINTS, only=_FEATURES,
     )  # fmt: skip
     added_edges = Parameter(
         ADDED_EDGES, "Field array of pairs of points: edges that are ridges, whatever their angle.",
-        optional=True, type=str, group=CONSTRAINTS,
+        optional=True, type=str, group=CONSTRAINTS, only=_FEATURES,
     )  # fmt: skip
     removed_edges = Parameter(
         REMOVED_EDGES, "Field array of pairs of points: edges that are no ridges, whatever their angle.",
-        optional=True, type=str, group=CONSTRAINTS,
+        optional=True, type=str, group=CONSTRAINTS, only=_FEATURES,
     )  # fmt: skip
     crease_angle = Parameter(
         None, "Edges with a dihedral angle above this stay above it.",
@@ -141,6 +145,7 @@ class SmoothingFilter(Filter):
         low=0.0,
         high=1.0,
         group=CONSTRAINTS,
+        only={"gate": ("floor",)},
     )
     max_deviation_fraction = Parameter(
         None, "Keep every point within this distance of the original surface.",
@@ -188,6 +193,7 @@ class SmoothingFilter(Filter):
         "What of normals, dihedral angles and distances the stop rules look at.",
         choices=("max", "mean"),
         group=STOP_RULES,
+        only=dict.fromkeys(("stop_normal_deviation", "stop_dihedral_change", "stop_deviation_fraction"), SET),
     )
     output_points_precision = Parameter(
         "default", "Precision of the output's points; default keeps the input's.",

@@ -21,8 +21,23 @@ def _step(starts, ends, points, laplacian, pinned, factor, proposed):  # type: i
                     proposed[v, axis] += factor * laplacian[v, axis]
 
 
+@kernel
+def _bend(starts, ends, offsets, neighbours, weights, laplacian):  # type: ignore[no-untyped-def]
+    # -L(L(p)) over nu = 1 + sum_j w_ij w_ji, by which a step of v alone changes its own L(L(p)).
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            nu = 1.0
+            for r in range(offsets[v], offsets[v + 1]):
+                w = neighbours[r]
+                for back in range(offsets[w], offsets[w + 1]):
+                    if neighbours[back] == v:
+                        nu += weights[r] * weights[back]
+            for axis in range(3):
+                laplacian[v, axis] /= -nu
+
+
 class Directional(Scheme):
-    """``p + factor L(p)`` with any weights, directional ones above all; or the thin plate's ``-L(L(p))``.
+    """``p + factor L(p)`` with any weights, directional above all; or the thin plate's ``-L(L(p)) / nu``.
 
     L is taken once, at the beginning of each pass.
 
@@ -32,8 +47,8 @@ class Directional(Scheme):
     factors : sequence of float
         One for each pass of an iteration: one in (0, 1], or Taubin's lambda and mu.
     thin_plate : bool
-        Whether the operator is applied twice; L on the border is then 0, as in
-        :class:`~vtksmooth.kernels.schemes.thin_plate.ThinPlate`, and the step is half the factor's.
+        Whether the operator is applied twice, L on the border taken as 0: the operator of
+        :class:`~vtksmooth.kernels.schemes.thin_plate.ThinPlate`, which is quicker, with other weights.
     """
 
     def __init__(
@@ -53,8 +68,12 @@ class Directional(Scheme):
         field = self.innermost(state, self.values, state.points)
         self.weights.apply(field, state.near, self.values, self.laplacian)
         if self.thin_plate:
-            # -L(L(p)) has eigenvalues up to 4; the umbrella's thin plate divides by 1 + 1/valence.
-            self.laplacian *= -0.5
+            self.scale(state, self.values)
+
+    def scale(self, state: State, values: Float64) -> None:
+        """Make the step of the thin plate of L(L(p)) in `laplacian`."""
+        everything = parallel.ranges(len(state.points))
+        parallel.run(_bend, *everything, *self.weights.rows(state.near), values, self.laplacian)
 
     def innermost(self, state: State, values: Float64, field: Float64) -> Float64:
         """Return what L is applied to last: the field itself, or its own L, which is 0 on the border."""

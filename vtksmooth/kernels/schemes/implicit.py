@@ -119,6 +119,10 @@ class Implicit(Directional):
             )
         self.laplacian, self.solution = self.solution, self.laplacian
 
+    def scale(self, state: State, values: Float64) -> None:
+        """Halve it: the system is that of -L(L(p)) itself."""
+        self.laplacian *= -0.5
+
     def _solved(self, state: State, values: Float64, greatest: float, height: float) -> bool:
         offsets, neighbours = self.weights.rows(state.near)
         everything = parallel.ranges(len(state.points))
