@@ -60,8 +60,11 @@ def test_what_kernels_must_not_take_is_not_written():
 
 def test_what_was_compiled_ahead_is_not_compiled_again(tmp_path):
     cache = {"NUMBA_CACHE_DIR": str(tmp_path), "VTKSMOOTH_THREADS": "1"}
-    done = python("-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "1", **cache)
-    assert done.stdout + done.stderr == ""
+    command = [sys.executable, "-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "1"]
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    with subprocess.Popen(command, env={**os.environ, **cache}, **pipes) as helper:  # type: ignore[call-overload]
+        assert helper.wait() == 0
+        assert helper.stdout.read() + helper.stderr.read() == b""
     assert python("-c", _COMPILED, **cache).stdout == ""
 
 
@@ -99,6 +102,15 @@ def test_what_shares_most_of_its_code_is_compiled_together():
     functions = [_one, _small, _biggest, _larger]
     assert compile_ahead.order(functions, 0) == [0, 2, 3, 1]
     assert compile_ahead.order(functions, 1) == [3, 2, 1, 0]
+
+
+def test_helpers_end_with_the_process_that_started_them(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "vtksmooth.kernels.compile_ahead", "", "0"]
+    helper = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE)
+    helper.stdin.close()  # as the operating system does, however the process ends
+    assert helper.wait(60) == 0
+    assert not list(tmp_path.rglob("*.nbc"))
 
 
 @pytest.fixture

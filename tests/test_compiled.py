@@ -35,7 +35,7 @@ with compiled.on_compile(names.append):
 def parsed(source: Path) -> set[Path]:
     """What a source imports of the package, by Python's own parser."""
     found = set()
-    for node in ast.parse(source.read_bytes()).body:
+    for node in ast.walk(ast.parse(source.read_bytes())):
         if isinstance(node, ast.ImportFrom) and node.level:
             home = source.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             names = [home / f"{name.name}.py" for name in node.names]
@@ -59,7 +59,8 @@ def copy(tmp_path: Path) -> Path:
 
 
 def run(folder: Path, **environment: str) -> str:
-    environment = {**os.environ, **environment}
+    usual = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment = {**usual, **environment}
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, str(folder)],
         env=environment,

@@ -18,6 +18,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -152,6 +153,8 @@ def compile_for(name: str, part: int = 0) -> None:
     """Compile what the filter `name` needs (all there is for ''), as helper number `part`."""
     kernels = _listed(name)
     for number in order([kernel.py_func for kernel, _ in kernels], part):
+        if not KernelCache.writable:  # nothing can be handed over
+            return
         kernel, arguments = kernels[number]
         with contextlib.suppress(BusyError):
             kernel.compile(arguments)
@@ -189,7 +192,7 @@ class compiling_ahead:  # noqa: N801 (used like a function)
             command = [sys.executable, "-P", "-m", __name__, self._name, str(part)]
             try:
                 helper = subprocess.Popen(
-                    command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+                    command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL
                 )
             except OSError as error:
                 _log.info("No other process could be started to compile kernels: %s", error)
@@ -221,13 +224,20 @@ class compiling_ahead:  # noqa: N801 (used like a function)
         KernelCache.meanwhile = self._before
         self._listening.__exit__(*exc)
         while self._began and self._helpers:
-            helper = self._helpers.pop()
-            helper.terminate()  # caches are written to files of other names first, and then renamed
-            helper.wait()
+            with self._helpers.pop() as helper:
+                helper.terminate()  # caches are written to files of other names first, and then renamed
+
+
+def _end_with_the_other_end() -> None:
+    """End this process as soon as the one that started it has ended, however that came."""
+    os.read(0, 1)  # not of sys.stdin, whose lock a thread may not hold when the interpreter ends
+    os._exit(0)
 
 
 if __name__ == "__main__":
     # Whoever began tells the user what goes on.
+    threading.Thread(target=_end_with_the_other_end, daemon=True).start()
+    logging.disable()
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.disable()  # it ends soon
     KernelCache.waits = False  # there is enough else to do

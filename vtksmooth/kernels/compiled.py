@@ -6,6 +6,7 @@ installation waits for the compiler. That wait is announced through :func:`on_co
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import logging
@@ -18,29 +19,45 @@ from typing import Any
 
 import numba
 from numba.core import event
+from numba.core.compiler_lock import global_compiler_lock
 
 from .caching import KernelCache
-from .compilation import Passes, compiling_kernels, for_any_number
 
 _log = logging.getLogger("vtksmooth")
 
+#: The versions of numba, from the first to before the second, whose insides are as ``compilation`` needs
+#: them: the tests have run with each. Others compile as they do by themselves, in more time and into slower
+#: kernels with the same results.
+_KNOWN_NUMBA = (0, 63), (0, 69)
+
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
-#: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch. Nothing in C calls
-#: them, and the compiler need not make that possible.
-_OPTIONS: dict[str, Any] = {
-    "nogil": True,
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "pipeline_class": Passes,
-}
+#: as the parts. Division by zero gives inf, as in NumPy, instead of an exception branch.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
-#: For what only kernels call: nothing by which Python could call it, which takes the compiler its time.
-_INNER: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
+#: For what only kernels call; and for what of it makes no arrays and becomes part of its caller.
+_INNER: dict[str, Any] = _OPTIONS
+_WITHOUT_ARRAYS: dict[str, Any] = {}
+_INLINED: dict[str, Any] = {}
+
+if _KNOWN_NUMBA[0] <= numba.version_info.short < _KNOWN_NUMBA[1]:
+    from .compilation import Passes, compiling_kernels, for_any_number
+
+    # Nothing in C calls kernels, and nothing in Python their parts: the compiler need not make that possible.
+    _OPTIONS = {**_OPTIONS, "no_cfunc_wrapper": True, "pipeline_class": Passes}
+    _INNER = {**_OPTIONS, "no_cpython_wrapper": True}
+    _WITHOUT_ARRAYS = {"_nrt": False}
+    _INLINED = {"forceinline": True}
+else:
+    compiling_kernels: Any = contextlib.nullcontext  # type: ignore[no-redef]
+
+    def for_any_number(helper: Any) -> Any:
+        """Leave `helper` as it is."""
+        return helper
 
 
-#: An import from this package at the left margin: its dots, module and names. Parsing the sources would
-#: take a third of the time that it takes to import all kernels.
-_IMPORT = re.compile(r"^from (\.+)([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+#: An import from this package: its dots, module and names. Parsing the sources would take a third of the time
+#: that it takes to import all kernels.
+_IMPORT = re.compile(r"^ *from (\.+)([\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 
 
 @functools.cache
@@ -76,10 +93,10 @@ def _cache_folder(source: Path) -> Path | None:
     name = f"{source.parent.name}.{source.stem}"
     asked = os.environ.get("NUMBA_CACHE_DIR")
     package = Path(__file__).parent / "__pycache__"
-    for home in [Path(asked)] if asked else [package, _user_cache()]:
+    for home in [Path(asked)] if asked else [package, *_user_cache()]:
         folder = home / f"{name}-{hashlib.sha256(content).hexdigest()[:16]}"
-        first = not folder.exists()
         try:
+            first = not folder.exists()
             folder.mkdir(parents=True, exist_ok=True)
         except OSError:
             continue
@@ -91,10 +108,16 @@ def _cache_folder(source: Path) -> Path | None:
     return None
 
 
-def _user_cache() -> Path:
-    if os.name == "nt":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local")) / "vtksmooth"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "vtksmooth"
+def _user_cache() -> list[Path]:
+    """Return the user's folder for caches, or nothing where the user has no home."""
+    by_name = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
+    if by_name:
+        return [Path(by_name) / "vtksmooth"]
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return []
+    return [home.joinpath(*(("AppData", "Local") if os.name == "nt" else (".cache",)), "vtksmooth")]
 
 
 def is_cached(source: Path) -> bool:
@@ -109,16 +132,19 @@ def kernel(function: Callable[..., Any]) -> Any:
     and is compiled again in every process.
     """
     folder = _cache_folder(Path(function.__code__.co_filename))
+    dispatcher: Any = numba.njit(**_OPTIONS)(function)
     if folder is None:
-        return numba.njit(**_OPTIONS)(function)
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)  # read by numba while it decorates
-    try:
-        dispatcher: Any = numba.njit(**_OPTIONS)(function)
-        dispatcher._cache = KernelCache(function)
         return dispatcher
-    finally:
-        numba.config.CACHE_DIR = before
+    dispatcher._cache = cache = KernelCache(function.__name__, folder)
+
+    def compile_and_release(signature: Any) -> Any:
+        try:
+            return type(dispatcher).compile(dispatcher, signature)
+        finally:  # also after an interruption, and where it cannot be compiled
+            cache.release()
+
+    dispatcher.compile = compile_and_release
+    return dispatcher
 
 
 def device(function: Callable[..., Any]) -> Any:
@@ -127,12 +153,12 @@ def device(function: Callable[..., Any]) -> Any:
     Left to itself the compiler makes calls of them, at half the speed. It counts no references, which takes
     a third of the time of those that are handed many arrays: it must make no arrays, nor return any.
     """
-    return for_any_number(numba.njit(forceinline=True, _nrt=False, **_INNER)(function))
+    return for_any_number(numba.njit(**_INNER, **_WITHOUT_ARRAYS, **_INLINED)(function))
 
 
 def routine(function: Callable[..., Any]) -> Any:
     """Compile the same, but called: for what is seldom needed, so that the loop round it stays small."""
-    return for_any_number(numba.njit(_nrt=False, **_INNER)(function))
+    return for_any_number(numba.njit(**_INNER, **_WITHOUT_ARRAYS)(function))
 
 
 def allocating(function: Callable[..., Any]) -> Any:
@@ -175,6 +201,15 @@ class _Announcer(event.Listener):
 
 _announcer = _Announcer()
 event.register("numba:compile", _announcer)
+
+if hasattr(os, "register_at_fork"):
+    # A process that is forked while another thread compiles would have the compiler's lock, a switched-off
+    # garbage collector and the lock of a file, but not the thread that gives them back.
+    os.register_at_fork(
+        before=global_compiler_lock.acquire,
+        after_in_parent=global_compiler_lock.release,
+        after_in_child=global_compiler_lock.release,
+    )
 
 
 class on_compile:  # noqa: N801 (used like a function)

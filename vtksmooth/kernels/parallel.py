@@ -61,10 +61,25 @@ def _serve() -> None:
 def _ask(task: Callable[[], None], helpers: int) -> None:
     # Helpers are daemons: idle ones hold up nobody's exit, and run() leaves none at work.
     while len(_helpers) < helpers:
-        _helpers.append(threading.Thread(target=_serve, name=f"vtksmooth-{len(_helpers) + 1}", daemon=True))
-        _helpers[-1].start()
-    for _ in range(helpers):
+        helper = threading.Thread(target=_serve, name=f"vtksmooth-{len(_helpers) + 1}", daemon=True)
+        try:
+            helper.start()
+        except RuntimeError:  # no more threads in this process, or it ends: those that are there do it all
+            break
+        _helpers.append(helper)
+    for _ in range(min(helpers, len(_helpers))):
         _tasks.put(task)
+
+
+def _begin_anew() -> None:
+    """Forget the helpers: a forked process has none of its parent's threads, and nobody takes their tasks."""
+    global _tasks
+    _helpers.clear()
+    _tasks = SimpleQueue()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_begin_anew)
 
 
 @functools.lru_cache
