@@ -306,8 +306,8 @@ class _Interruption:
 
 def _end_process(code: int, message: str) -> NoReturn:
     try:
-        # While files is being imported it is there without its names, and nothing is unfinished.
-        remove = getattr(sys.modules.get("vtksmooth.files"), "remove_unfinished", None)
+        # While the module is being imported it is there without its names, and nothing is unfinished.
+        remove = getattr(sys.modules.get("vtksmooth.files.writing"), "remove_unfinished", None)
         if remove is not None:
             remove()
         os.write(2, f"{_CLEAR if sys.stderr.isatty() else ''}{message}\n".encode())
@@ -641,6 +641,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             return 1
 
 
+def _prepare_reading(options: argparse.Namespace) -> None:
+    """Start the process that reads files for VTK while this one is importing what it needs."""
+    from .files.signatures import OF_VTK
+    from .files.vtk_process import prepare
+
+    given = [value for name, value in vars(options).items() if name != "output"]
+    paths = [path for value in given for path in (value if isinstance(value, list) else [value])]
+    if any(isinstance(path, Path) and path.suffix.lower() in OF_VTK for path in paths):
+        prepare()
+
+
 @contextmanager
 def _stdout_for_any_name() -> Iterator[None]:
     """Let names of files be printed that the terminal's encoding cannot show."""
@@ -663,6 +674,7 @@ def _main(arguments: list[str], interruption: _Interruption) -> int:
         with warnings.catch_warnings():
             if not options.debug:
                 warnings.simplefilter("ignore")
+            _prepare_reading(options)
             code = _Run(options, interruption).execute()
         sys.stdout.flush()
     except BrokenPipeError:

@@ -11,8 +11,9 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtWidgets import QFileDialog
 
-from vtksmooth.errors import VtksmoothError
+from vtksmooth.errors import Cancelled, VtksmoothError
 from vtksmooth.files import READABLE, WRITABLE, read_surface, write_surface
+from vtksmooth.files.vtk_process import prepare
 
 from ..model.document import Document
 from ..model.layer import Layer
@@ -56,6 +57,7 @@ class Files(QObject):
 
     def open(self) -> None:
         """Ask for files and open them."""
+        prepare()
         patterns = " ".join(f"*{extension}" for extension in READABLE)
         paths, _ = QFileDialog.getOpenFileNames(
             self._window,
@@ -88,8 +90,10 @@ class Files(QObject):
             for number, path in enumerate(paths):
                 context.tell(number / len(paths), f"reading {path.name}")
                 try:
-                    mesh, notes = read_surface(path)
+                    mesh, notes = read_surface(path, lambda: context.cancelled)
                     found.append((path, (State.of(mesh), notes)))
+                except Cancelled:
+                    raise
                 except Exception as error:
                     found.append((path, error))
             return found

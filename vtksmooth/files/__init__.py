@@ -4,22 +4,31 @@ VTK's readers and writers do the work where they are sound; OFF and PLY are read
 VTK has to say about a file becomes the message of the one exception,
 :class:`~vtksmooth.errors.MeshFileError`.
 
-``reading`` and ``writing`` are called from outside. The formats themselves are ``off``, ``ply`` (both made
-of ``polygons``) and ``vtk_formats``. Before VTK reads, ``signatures`` refuses what is not the format it is
-called; afterwards ``damage`` refuses what VTK let pass, and ``surfaces`` makes one surface of the rest.
-``vtk_messages`` collects what VTK prints.
+``reading`` and ``writing`` are called from outside; they are imported when first asked for, as the process in
+which VTK reads does without them. The formats themselves are ``off``, ``ply`` (both made of ``polygons``)
+and ``vtk_formats``. VTK reads in a process of its own: ``vtk_process`` starts it, ``vtk_child`` is what runs
+there, ``vtk_readers`` reads, ``surfaces`` makes one surface of what was read, and ``vtk_transfer`` brings it
+over. Before, ``signatures`` refuses what is not the format it is called; afterwards ``damage`` refuses what
+VTK let pass. ``vtk_hdf`` takes from a mesh what HDF files cannot hold,
+and ``vtk_messages`` collects what VTK prints.
 """
 
-from .reading import READABLE, read_surface
-from .writing import (
-    WRITABLE,
-    atomic,
-    check_place,
-    check_writable,
-    make_folder,
-    remove_unfinished,
-    write_surface,
-)
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .reading import READABLE, read_surface
+    from .writing import (
+        WRITABLE,
+        atomic,
+        check_place,
+        check_writable,
+        make_folder,
+        remove_unfinished,
+        write_surface,
+    )
 
 __all__ = [
     "READABLE",
@@ -32,3 +41,14 @@ __all__ = [
     "remove_unfinished",
     "write_surface",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = "reading" if name in ("READABLE", "read_surface") else "writing"
+    return getattr(importlib.import_module(f".{home}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

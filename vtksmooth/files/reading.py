@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,22 +15,25 @@ from ..filters.arrays import cells_of, point_array_names
 from . import off, ply, vtk_formats
 from .damage import check_indices
 from .polygons import Polygons
-from .signatures import XML, stl_triangles, wrong_signature
-from .surfaces import surface_of
+from .signatures import OF_VTK, stl_triangles, wrong_signature
 
 _HEAD = 1 << 16
 
 #: The formats that can be read, by extension.
-READABLE = (".obj", ".off", ".ply", ".stl", ".vtk", ".vtkhdf", *XML, ".glb", ".gltf")
+READABLE = (*sorted([*OF_VTK, ".off", ".ply"]),)
 
 
-def read_surface(path: str | os.PathLike[str]) -> tuple[pv.PolyData, list[str]]:
+def read_surface(
+    path: str | os.PathLike[str], cancelled: Callable[[], bool] = lambda: False
+) -> tuple[pv.PolyData, list[str]]:
     """Read a surface mesh.
 
     Parameters
     ----------
     path : path-like
         A file whose extension is one of :data:`READABLE`.
+    cancelled : callable
+        Asked ten times a second or more, while VTK reads the file, whether to stop.
 
     Returns
     -------
@@ -45,6 +49,13 @@ def read_surface(path: str | os.PathLike[str]) -> tuple[pv.PolyData, list[str]]:
     MeshFileError
         There is no such file, it cannot be read, is not what its extension says, is damaged or
         truncated, or holds no faces.
+    Cancelled
+        `cancelled` returned True.
+
+    Guarantees
+    ----------
+    No file ends the process: readers of VTK, which damage can lead into foreign memory, run in another one
+    (where Python can start one; a program that is frozen into one file cannot).
 
     Examples
     --------
@@ -55,7 +66,7 @@ def read_surface(path: str | os.PathLike[str]) -> tuple[pv.PolyData, list[str]]:
     """
     path = Path(path).expanduser()
     try:
-        return _read(path)
+        return _read(path, cancelled)
     except MeshFileError:
         raise
     except OSError as error:
@@ -74,7 +85,7 @@ def _advice(error: OSError) -> str:
     return "check the file and its disk"
 
 
-def _read(path: Path) -> tuple[pv.PolyData, list[str]]:
+def _read(path: Path, cancelled: Callable[[], bool]) -> tuple[pv.PolyData, list[str]]:
     extension = path.suffix.lower()
     status = path.stat()
     if stat.S_ISDIR(status.st_mode):
@@ -100,7 +111,7 @@ def _read(path: Path) -> tuple[pv.PolyData, list[str]]:
         wrong = wrong_signature(extension, head, status.st_size)
         if wrong:
             raise MeshFileError(f"{path} {wrong}.")
-        mesh = surface_of(path, vtk_formats.read(path, extension), notes)
+        mesh, notes = vtk_formats.read(path, extension, cancelled)
     if extension == ".obj":
         mesh = _merge_split_points(path, mesh, notes)
     elif extension == ".stl":

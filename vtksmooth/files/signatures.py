@@ -7,6 +7,9 @@ import re
 #: The XML formats of VTK, by extension.
 XML = (".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".pvtu")
 
+#: The formats that readers of VTK read, by extension.
+OF_VTK = (".vtk", ".vtkhdf", *XML, ".glb", ".gltf", ".obj", ".stl")
+
 #: Keywords that lines of an OBJ file may begin with.
 _OBJ_KEYWORDS = re.compile(
     rb"(v|vt|vn|vp|f|fo|l|p|g|s|o|mg|usemtl|usemap|mtllib|maplib|cstype|deg|curv|curv2|surf|bevel|c_interp"

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersCore import vtkAppendFilter
 
 from ..errors import MeshFileError
-from . import vtk_messages
+from . import vtk_messages, vtk_process, vtk_readers, vtk_transfer
+from .damage import check
+from .vtk_hdf import for_hdf
 
 #: The writers of VTK that are used, by extension: module and class.
 WRITERS = {
@@ -26,36 +30,38 @@ WRITERS = {
 _VERIFIED = (".obj", ".vtkhdf")
 
 
-def read(path: Path, extension: str) -> Any:
-    """Read a file with VTK; return the data object of whatever kind."""
-    data = None
-    with vtk_messages.collected() as messages, vtk_messages.hdf_silence(extension):
-        try:
-            reader = pv.get_reader(str(path), force_ext=extension).reader
-            vtk_messages.run(reader)
-            data = reader.GetOutputDataObject(0)
-        # Whatever a reader trips over, an attribute of the file is the cause.
-        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
-            messages.append(vtk_messages.printable(str(error).split("\n")[0]) or type(error).__name__)
-    if not messages and data is None:
-        messages.append("nothing could be read")
-    if messages:
-        raise MeshFileError(f"{path} is damaged or truncated ({messages[0]}); export it again.")
-    return data
+def read(
+    path: Path, extension: str, cancelled: Callable[[], bool] = lambda: False
+) -> tuple[pv.PolyData, list[str]]:
+    """Read a file with VTK; return its surface, and what was done to the file's content."""
+    try:
+        mesh, notes = vtk_process.read(path, extension, vtk_transfer.unpack, cancelled)
+    except vtk_process.Unavailable:
+        with vtk_messages.hdf_silence(extension):
+            found, notes = vtk_readers.read(path, str(path), extension)
+        description, arrays = vtk_transfer.pack(found)
+        waiting = iter(arrays)
+        mesh = vtk_transfer.unpack(description, lambda values: np.copyto(values, next(waiting)))
+    check(str(path), mesh)
+    return pv.PolyData(mesh), notes
 
 
-def write(mesh: pv.PolyData, temporary: Path, name: str) -> None:
-    """Write a mesh; `name` is what messages call the file."""
+def write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
+    """Write a mesh; return what the format cannot hold. `name` is what messages call the file."""
     extension = temporary.suffix.lower()
     module, cls = WRITERS[extension]
     writer = getattr(importlib.import_module(f"vtkmodules.{module}"), cls)()
     data: Any = mesh
-    if extension == ".vtu":
+    notes: list[str] = []
+    if extension == ".vtkhdf":
+        data, notes = for_hdf(mesh, name)
+    elif extension == ".vtu":
+        notes = [f"{name}: VTU holds no polygonal data; the faces were written as an unstructured grid."]
         append = vtkAppendFilter()
         append.AddInputDataObject(mesh)
         append.Update()
         data = append.GetOutput()
-    writer.SetFileName(str(temporary))
+    writer.SetFileName(vtk_readers.file_name(temporary))
     writer.SetInputDataObject(data)
     if hasattr(writer, "SetFileTypeToBinary"):
         writer.SetFileTypeToBinary()
@@ -69,10 +75,14 @@ def write(mesh: pv.PolyData, temporary: Path, name: str) -> None:
             "make room or choose another folder."
         )
     if extension in _VERIFIED:
-        incomplete = MeshFileError(f"cannot write {name}: it came out incomplete; make room on the disk.")
         try:
-            written = read(temporary, extension)
+            written, _ = read(temporary, extension)
+            cells = written.GetNumberOfCells()
         except MeshFileError:
-            raise incomplete from None
-        if written.GetNumberOfCells() != data.GetNumberOfCells():
-            raise incomplete
+            cells = -1
+        if cells != data.GetNumberOfCells():
+            raise MeshFileError(
+                f"cannot write {name}: what was written cannot be read again; "
+                "make room if the disk is full, or choose another format."
+            )
+    return notes

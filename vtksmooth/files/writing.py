@@ -187,7 +187,7 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
         with temporary.open("wb") as file:
             _WRITE_POLYGONS[extension](file, polygons)
     else:
-        vtk_formats.write(mesh, temporary, name)
+        notes += vtk_formats.write(mesh, temporary, name)
     return notes
 
 
@@ -258,6 +258,4 @@ def _losses(mesh: pv.PolyData, extension: str, name: str) -> list[str]:
             notes.append(f"{name}: STL holds triangles only; larger faces were split.")
     if extension in (".off", ".ply", ".stl", ".obj") and mesh.n_verts + mesh.n_lines + mesh.n_strips:
         notes.append(f"{name}: only the polygons were written, not verts, lines and strips.")
-    if extension == ".vtu":
-        notes.append(f"{name}: VTU holds no polygonal data; the faces were written as an unstructured grid.")
     return notes

@@ -1,0 +1,91 @@
+"""VTK's readers: which one reads a format, and what is done with what it reads.
+
+Used in a process of its own, see ``vtk_process``; hence without PyVista and the filters, whose import takes
+long.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from pathlib import Path
+from typing import Any
+
+from ..errors import MeshFileError
+from . import vtk_messages
+from .surfaces import surface_of
+
+#: The readers of VTK that are used, by extension: module and class.
+READERS = {
+    ".glb": ("vtkIOGeometry", "vtkGLTFReader"),
+    ".gltf": ("vtkIOGeometry", "vtkGLTFReader"),
+    ".obj": ("vtkIOGeometry", "vtkOBJReader"),
+    ".pvtu": ("vtkIOXML", "vtkXMLPUnstructuredGridReader"),
+    ".stl": ("vtkIOGeometry", "vtkSTLReader"),
+    ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
+    ".vtk": ("vtkIOLegacy", "vtkDataSetReader"),
+    ".vtkhdf": ("vtkIOHDF", "vtkHDFReader"),
+    ".vtm": ("vtkIOXML", "vtkXMLMultiBlockDataReader"),
+    ".vtmb": ("vtkIOXML", "vtkXMLMultiBlockDataReader"),
+    ".vtp": ("vtkIOXML", "vtkXMLPolyDataReader"),
+    ".vtr": ("vtkIOXML", "vtkXMLRectilinearGridReader"),
+    ".vts": ("vtkIOXML", "vtkXMLStructuredGridReader"),
+    ".vtu": ("vtkIOXML", "vtkXMLUnstructuredGridReader"),
+}
+
+#: What the reader of legacy files leaves out unless it is told.
+_ALL_OF_LEGACY = ("Scalars", "ColorScalars", "Normals", "TCoords", "Vectors", "Fields", "Tensors")
+
+
+def read(path: Path, name: str, extension: str) -> tuple[Any, list[str]]:
+    """Read the surface of a file with VTK.
+
+    Parameters
+    ----------
+    path : Path
+    name : str
+        What messages call the file.
+    extension : str
+        A key of :data:`READERS`.
+
+    Returns
+    -------
+    vtkPolyData
+        Not checked: cells may refer to points that are not there.
+    list of str
+        What was done to the file's content, one sentence each.
+
+    Raises
+    ------
+    MeshFileError
+        The file is damaged, truncated or holds no surface.
+    """
+    module, cls = READERS[extension]
+    data = None
+    with vtk_messages.collected() as messages:
+        try:
+            reader = getattr(importlib.import_module(f"vtkmodules.{module}"), cls)()
+            reader.SetFileName(file_name(path))
+            for kind in _ALL_OF_LEGACY if extension == ".vtk" else ():
+                getattr(reader, f"ReadAll{kind}On")()
+            vtk_messages.run(reader)
+            data = reader.GetOutputDataObject(0)
+        # Whatever a reader trips over, an attribute of the file is the cause.
+        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
+            messages.append(vtk_messages.printable(str(error).split("\n")[0]) or type(error).__name__)
+    if not messages and data is None:
+        messages.append("nothing could be read")
+    if messages:
+        raise MeshFileError(f"{name} is damaged or truncated ({messages[0]}); export it again.")
+    notes: list[str] = []
+    surface = surface_of(name, data, notes)
+    if extension in (".glb", ".gltf") and reader.GetNumberOfTextures():
+        notes.append(
+            f"{Path(name).name}: the pictures of textures were left out; texture coordinates are kept."
+        )
+    return surface, notes
+
+
+def file_name(path: Path) -> str | bytes:
+    """Return a path as VTK takes it: it knows no names but UTF-8, or the bytes of the name."""
+    return str(path) if os.name == "nt" else os.fsencode(path)
