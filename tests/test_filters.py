@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from typing import Any
 
@@ -35,8 +36,10 @@ from vtksmooth import (
     SurfaceComparison,
     SurfaceQuality,
     TrapeziumDrawing,
+    VtksmoothError,
 )
-from vtksmooth.filters.arrays import cells_of, surface_of
+from vtksmooth.filters import FILTERS
+from vtksmooth.filters.arrays import cells_of, surface_of, vtk_array
 
 SMOOTHING = [
     TrapeziumDrawing,
@@ -69,6 +72,18 @@ def plane(n: int = 8, dtype: type = np.float64, seed: int = 1) -> vtkPolyData:
             a, b, c, d = (r * (n + 1) + s for r, s in ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)))
             faces += [[a, b, c, d]] if (i + j) % 2 else [[a, b, c], [a, c, d]]
     return polydata(points.astype(dtype), faces)
+
+
+def bumpy(size: float = 1.0) -> vtkPolyData:
+    """A closed ball, shaken."""
+    source = vtkSphereSource()
+    source.SetRadius(size)
+    source.Update()
+    mesh = source.GetOutput()
+    points = points_of(mesh)
+    points += np.random.default_rng(2).uniform(-0.02, 0.02, points.shape).astype(points.dtype)
+    mesh.GetPoints().SetData(vtk_array(points, "Points"))
+    return mesh
 
 
 def points_of(mesh: Any) -> np.ndarray:
@@ -200,6 +215,34 @@ def test_what_was_done_is_in_field_data_and_report() -> None:
 )
 def test_precision(cls: type, dtype: type, precision: str, expected: type) -> None:
     assert points_of(cls(output_points_precision=precision)(plane(dtype=dtype))).dtype == expected
+
+
+@pytest.mark.parametrize("scale", [1e-60, 1e60])
+def test_what_single_precision_cannot_hold_is_refused(scale: float) -> None:
+    mesh = plane(dtype=np.float64)
+    mesh.GetPoints().SetData(vtk_array(scale * points_of(mesh), "Points"))
+    assert np.isfinite(points_of(TrapeziumDrawing()(mesh))).all()
+    with pytest.raises(ParameterError, match="output_points_precision to double"):
+        TrapeziumDrawing(output_points_precision="single")(mesh)
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_the_ends_of_all_ranges_work_or_are_refused(cls: type) -> None:
+    mesh = bumpy()
+    for name, parameter in cls.parameters().items():
+        ends = {parameter.low, parameter.high} - {None}
+        if parameter.low is not None and parameter.high is None and parameter.type is float:
+            ends |= {np.nextafter(parameter.low, np.inf), 1e300}
+        if parameter.low is not None and parameter.high is None and parameter.type is int:
+            ends |= {2**31, 2**63} if name != "iterations" else set()
+        for value in ends:
+            algorithm = cls(**{"iterations": 2} if "iterations" in cls.parameters() else {})
+            setattr(algorithm, name, value)
+            # A refusal is ours; anything else is an error here.
+            with contextlib.suppress(VtksmoothError):
+                made = algorithm(mesh, *[bumpy(2.0)] * (len(cls.inputs) - 1))
+                points = points_of(made[0] if isinstance(made, tuple) else made)
+                assert np.isfinite(points).all(), (name, value)
 
 
 def test_single_precision_is_computed_in_double() -> None:

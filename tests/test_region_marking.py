@@ -1,6 +1,8 @@
 """Marks made by hand: what RegionMarking writes, and what every smoothing filter does with it."""
 
+import base64
 import itertools
+import zlib
 
 import meshes
 import numpy as np
@@ -9,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from vtksmooth.errors import InvalidMeshError, ParameterError
+from vtksmooth.errors import Cancelled, InvalidMeshError, ParameterError
 from vtksmooth.files import read_surface, write_surface
 from vtksmooth.filters import (
     FILTERS,
@@ -72,10 +74,20 @@ def test_lines_are_a_round_trip(lines):
     assert parse_lines("add_lines", format_lines(lines), 100).tolist() == [list(pair) for pair in pairs]
 
 
-@pytest.mark.parametrize("text", ["a", "1,", "5-3", "1-2-3", "bits:???", "bits:AAAA", "9" * 40])
+@pytest.mark.parametrize(
+    "text", ["a", "1,", "5-3", "1-2-3", "bits:???", "bits:AAAA", "bits:", "bits:eJw=", "9" * 40]
+)
 def test_other_texts_are_refused(text):
     with pytest.raises(ParameterError, match="fix"):
         parse_points("fix", text, 10)
+
+
+def test_short_texts_of_very_many_points_take_no_memory():
+    bomb = "bits:" + base64.urlsafe_b64encode(zlib.compress(b"\xff" * 50_000_000)).decode()
+    for text in ("0-2147483647", "0-99999999999", f"7,0-{10**30}", bomb):
+        with pytest.raises(ParameterError, match="numbered 0 to 9"):
+            parse_points("fix", text, 10)
+    assert parse_points("fix", ",".join(["0-99999"] * 10_000), 100_000).tolist() == list(range(100_000))
 
 
 @pytest.mark.parametrize("text", ["a", "1", "1-2,", "1--2", "1-99"])
@@ -283,3 +295,24 @@ def test_a_skin_in_its_space_keeps_what_is_fixed_by_hand():
         fixed, point_data(free, "Fixed").astype(bool) | np.isin(np.arange(len(fixed)), held)
     )
     assert (point_data(result, "BlendWeight") <= point_data(free, "BlendWeight")).all()
+
+
+@pytest.mark.parametrize("name", ["grow", "shrink", "blend_rings"])
+def test_any_number_of_rings_ends_when_nothing_changes(name):
+    shape = meshes.sheet(12, 6)
+    mesh = mark(meshes.polydata(shape), fix="0-20")
+    ends = mark(mesh, **{name: 10**4})
+    for number in (10**9, 10**30):
+        again = mark(mesh, **{name: number})
+        for array in ("Fixed", "BlendWeight"):
+            np.testing.assert_array_equal(point_data(again, array), point_data(ends, array))
+    assert point_data(ends, "Fixed").all() == (name == "grow")
+    assert point_data(ends, "Fixed").any() == (name != "shrink")
+
+
+def test_weights_that_take_long_to_come_to_rest_can_be_cancelled():
+    # Over hundreds of rings weights change in their last bits for hundred thousands of steps.
+    marking = RegionMarking(fix="0", blend_rings=10**9)
+    marking.AddObserver("ProgressEvent", lambda *_: marking.SetAbortExecute(1))
+    with pytest.raises(Cancelled):
+        marking(meshes.polydata(meshes.sheet(2000, 1)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ class InstallationSpaceRegions(Filter):
         self.progress(0.0, "measuring distances")
         mesh, space, contact = opened(source, installation, self.contact_fraction)
         self.notes = space.notes
-        fixed, weights, self.summary = classify(mesh, space.tree, contact, self.blend_rings)
+        fixed, weights, self.summary = classify(mesh, space.tree, contact, self.blend_rings, self.progress)
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(fixed, FIXED))
         output.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
@@ -78,7 +79,7 @@ class InstallationSpaceRegions(Filter):
 
 
 def classify(
-    mesh: Mesh, space: SignedDistanceTree, contact: float, rings: int
+    mesh: Mesh, space: SignedDistanceTree, contact: float, rings: int, tell: Callable[[float], None]
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64], dict[str, Any]]:
     """Return what is fixed, (n,), the blend weights, (n,), and how many points are what.
 
@@ -90,11 +91,13 @@ def classify(
         Points no farther from the space's surface than this are fixed.
     rings : int
         Rings of fixed points over which the weight falls from 1 to 0.
+    tell : callable
+        Called with the part that is done; it may raise to cancel.
     """
     used = used_points(mesh)
     fixed = np.zeros(mesh.n_points, np.uint8)
     fixed[used] = near = np.isfinite(space(mesh.points[used], contact))
-    weights = blend_weights(mesh, fixed, rings)
+    weights = blend_weights(mesh, fixed, rings, tell)
     return (
         fixed,
         weights,

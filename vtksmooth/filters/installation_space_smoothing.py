@@ -120,7 +120,9 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
         space = given.tree
         contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
-        fixed, weights, summary = classify(before, space, contact, self.blend_rings)
+        fixed, weights, summary = classify(
+            before, space, contact, self.blend_rings, lambda part: self.progress(0.05 + 0.05 * part)
+        )
         fixed, weights = self._with_given(source, fixed, weights)
         triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
         triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))

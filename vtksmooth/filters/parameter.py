@@ -198,7 +198,7 @@ class Parameter:
             typed = self.type(value)
         except (TypeError, ValueError, OverflowError):
             raise wrong from None
-        if not math.isfinite(number) or typed != number:
+        if not math.isfinite(number) or float(typed) != number:
             raise wrong
         if (self.low is not None and number < self.low) or (self.high is not None and number > self.high):
             raise wrong

@@ -72,32 +72,48 @@ def parse_points(name: str, text: str, n: int) -> Int64:
     """
     if text == ALL:
         return np.arange(n)
+    numbers: Int64 | None = None
     try:
-        numbers = _bits(text.removeprefix(_BITS)) if text.startswith(_BITS) else _ranges(text)
+        if text.startswith(_BITS):
+            numbers = _bits(text.removeprefix(_BITS), n)
+            ends = [(int(numbers[0]), int(numbers[-1]))] if len(numbers) else []
+        else:
+            ends = _ranges(text)
     except (ValueError, binascii.Error, zlib.error):
         raise ParameterError(
             f"{name} must be numbers of points and ranges of them, as 0-14,20, not {_short(text)}."
         ) from None
-    _check_numbers(name, numbers, n)
-    return numbers
+    for begin, end in ends:  # before they are expanded: short texts can name more points than fit into memory
+        _check_numbers(name, begin, end, n)
+    return _expanded(ends, n) if numbers is None else numbers
 
 
-def _ranges(text: str) -> Int64:
-    parts = []
+def _expanded(ends: list[tuple[int, int]], n: int) -> Int64:
+    begins_less_ends = np.zeros(n + 1, np.int64)
+    for begin, end in ends:
+        begins_less_ends[begin] += 1
+        begins_less_ends[end + 1] -= 1
+    return np.flatnonzero(np.cumsum(begins_less_ends))
+
+
+def _ranges(text: str) -> list[tuple[int, int]]:
+    ends = []
     for word in text.split(","):
         first, _, last = word.partition("-")
         begin, end = int(first), int(last or first)
         if begin > end:
             raise ValueError(word)
-        parts.append((begin, end))
-    if max(end for _, end in parts) > np.iinfo(np.int32).max:
+        ends.append((begin, end))
+    return ends
+
+
+def _bits(text: str, n: int) -> Int64:
+    # No more is unpacked than shows a point that is not there.
+    unpacking, most = zlib.decompressobj(), (n + 7) // 8 + 1
+    packed = unpacking.decompress(base64.urlsafe_b64decode(text), most)
+    if len(packed) < most and not unpacking.eof:
         raise ValueError(text)
-    return np.unique(np.concatenate([np.arange(begin, end + 1) for begin, end in parts]))
-
-
-def _bits(text: str) -> Int64:
-    packed = np.frombuffer(zlib.decompress(base64.urlsafe_b64decode(text)), np.uint8)
-    return np.flatnonzero(np.unpackbits(packed, bitorder="little"))
+    return np.flatnonzero(np.unpackbits(np.frombuffer(packed, np.uint8), bitorder="little"))
 
 
 def format_lines(lines: Iterable[npt.ArrayLike]) -> str:
@@ -127,15 +143,15 @@ def parse_lines(name: str, text: str, n: int) -> Int64:
             f"{name} must be chains of points, as 3-17-19,40-41, not {_short(text)}."
         ) from None
     pairs = np.concatenate([np.column_stack((chain[:-1], chain[1:])) for chain in chains])
-    _check_numbers(name, pairs.ravel(), n)
+    _check_numbers(name, int(pairs.min()), int(pairs.max()), n)
     return pairs
 
 
-def _check_numbers(name: str, numbers: Int64, n: int) -> None:
-    if len(numbers) and not (numbers.min() >= 0 and numbers.max() < n):
-        wrong = numbers.max() if numbers.min() >= 0 else numbers.min()
+def _check_numbers(name: str, smallest: int, largest: int, n: int) -> None:
+    if smallest < 0 or largest >= n:
         raise ParameterError(
-            f"{name}: there is no point {wrong}; the points of this mesh are numbered 0 to {n - 1}."
+            f"{name}: there is no point {smallest if smallest < 0 else largest}; the points of this mesh "
+            f"are numbered 0 to {n - 1}."
         )
 
 

@@ -146,7 +146,7 @@ class RegionMarking(Filter):
             return None
         if rings is not None:
             # The blending of the installation-space paper, into the free part.
-            return np.asarray(1.0 - blend_weights(mesh.mesh, ~fixed, rings))
+            return np.asarray(1.0 - blend_weights(mesh.mesh, ~fixed, rings, self.progress))
         if distance is not None:
             away = edge_distances(mesh.mesh.points, mesh.rings, np.flatnonzero(fixed), distance)
             return np.asarray(np.minimum(1.0, away / distance))

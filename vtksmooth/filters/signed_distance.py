@@ -227,11 +227,11 @@ def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
     `fraction` of the space's diagonal, but no less than what rounding the largest coordinate leaves open.
     """
     roundings = [
-        4.0 * np.finfo(points.dtype).eps * np.abs(points[np.isfinite(points)]).max(initial=0.0)
+        4.0 * float(np.finfo(points.dtype).eps) * float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
         for points in map(points_of, sources)
         if points.dtype.kind == "f"
     ]
-    return float(max([fraction * space.diagonal, *roundings]))
+    return max([float(fraction * space.diagonal), *roundings])
 
 
 def _place(point: Float64) -> str:

@@ -43,6 +43,9 @@ BLEND_WEIGHT = "BlendWeight"
 #: vtkConstrainedSmoothingFilter.
 MAX_DISPLACEMENT = "SmoothingConstraints"
 
+#: What numbers in single precision can be.
+_SINGLE = np.finfo(np.float32)
+
 #: Arrays that say what the features are, when both are there.
 FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
 
@@ -359,8 +362,15 @@ class SmoothingFilter(Filter):
         return detect(mesh, near, ridge_angle=self.ridge_angle, corner_angle=self.corner_angle)
 
     def _in_output_precision(self, points: npt.NDArray[np.float64], given: np.dtype[Any]) -> npt.NDArray[Any]:
-        if self.output_points_precision == "single":
-            return points.astype(np.float32)
-        if self.output_points_precision == "default" and given == np.float32:
-            return points.astype(np.float32)
-        return points
+        default = self.output_points_precision == "default"
+        if self.output_points_precision == "double" or (default and given != np.float32):
+            return points
+        with np.errstate(over="ignore"):
+            rounded = points.astype(np.float32)
+        largest = np.abs(points).max(where=np.isfinite(points), initial=0.0)
+        if largest > _SINGLE.max or 0.0 < largest < _SINGLE.tiny:
+            raise ParameterError(
+                f"Coordinates of {largest:.3g} are out of the range of single precision; set "
+                "output_points_precision to double."
+            )
+        return rounded

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -32,12 +33,26 @@ def rings_of(mesh: Mesh) -> Rings:
 
 
 @kernel
-def _spread(starts, ends, ring_offsets, ring, before, after):  # type: ignore[no-untyped-def]
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            after[v] = before[v]
+def _reach(ring_offsets, ring, steps, marked, queue):  # type: ignore[no-untyped-def]
+    # Each vertex is in the queue once, so any number of steps takes no longer than one look at all rings.
+    end = 0
+    for v in range(marked.size):
+        if marked[v]:
+            queue[end] = v
+            end += 1
+    begin = 0
+    while steps > 0 and begin < end:
+        steps -= 1
+        last = end
+        while begin < last:
+            v = queue[begin]
+            begin += 1
             for r in range(ring_offsets[v], ring_offsets[v + 1]):
-                after[v] |= before[ring[r]]
+                w = ring[r]
+                if not marked[w]:
+                    marked[w] = True
+                    queue[end] = w
+                    end += 1
 
 
 def grown(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
@@ -61,12 +76,9 @@ def grown(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
     >>> grown(rings_of(strip), [1, 0, 0, 0], 1).tolist()
     [True, True, False, True]
     """
-    old: Bool = np.ascontiguousarray(marked) != 0
-    new = np.empty_like(old)
-    for _ in range(steps):
-        parallel.run(_spread, *parallel.ranges(len(old)), rings.ring_offsets, rings.ring, old, new)
-        old, new = new, old
-    return old
+    reached: Bool = np.ascontiguousarray(marked) != 0
+    _reach(*rings, min(steps, len(reached)), reached, np.empty(len(reached), np.int32))
+    return reached
 
 
 def shrunk(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
@@ -77,6 +89,7 @@ def shrunk(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
 
 @kernel
 def _diffuse(starts, ends, ring_offsets, ring, fixed, before, after):  # type: ignore[no-untyped-def]
+    changed = False
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             first = ring_offsets[v]
@@ -88,9 +101,13 @@ def _diffuse(starts, ends, ring_offsets, ring, fixed, before, after):  # type: i
             for r in range(first, last):
                 total += before[ring[r]]
             after[v] = total / (last - first)
+            changed = changed or after[v] != before[v]
+    return changed
 
 
-def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
+def blend_weights(
+    mesh: Mesh, fixed: npt.ArrayLike, steps: int, tell: Callable[[float], None] | None = None
+) -> Float64:
     """Return how far each vertex may take part in smoothing: 1 where free, falling to 0 in fixed parts.
 
     Free vertices have the weight 1, fixed ones 0; then in each of `steps` steps every fixed vertex takes
@@ -103,7 +120,10 @@ def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
     fixed : (n,) array_like
         Nonzero at fixed vertices.
     steps : int
-        Rings of fixed vertices that take part: weights farther from a free vertex than this stay 0.
+        Rings of fixed vertices that take part: weights farther from a free vertex than this stay 0. It ends
+        earlier where weights no longer change.
+    tell : callable, optional
+        Called with the part of the steps that is done; it may raise to cancel.
 
     Returns
     -------
@@ -119,8 +139,12 @@ def blend_weights(mesh: Mesh, fixed: npt.ArrayLike, steps: int) -> Float64:
     held = np.ascontiguousarray(fixed) != 0
     rings = rings_of(mesh)
     old, new = np.where(held, 0.0, 1.0), np.empty(mesh.n_points)
-    for _ in range(steps):
-        parallel.run(_diffuse, *parallel.ranges(mesh.n_points), *rings, held, old, new)
+    for step in range(steps):
+        if tell is not None:
+            tell(step / steps)
+        # Weights only rise, rounded as they are, so they come to rest.
+        if not any(parallel.run(_diffuse, *parallel.ranges(mesh.n_points), *rings, held, old, new)):
+            break
         old, new = new, old
     return old
 

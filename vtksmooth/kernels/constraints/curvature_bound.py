@@ -42,6 +42,7 @@ class CurvatureBound(Damping):
             return  # no noise, no bound
         bend = np.abs(mean_curvatures(state.mesh, state.near)) * self.radius
         if self.ramp > 0.0:
-            self.damping = np.clip((bend - 1.0) / self.ramp, 0.0, 1.0)
+            with np.errstate(over="ignore"):  # of a ramp that is next to none
+                self.damping = np.clip((bend - 1.0) / self.ramp, 0.0, 1.0)
         else:
             self.damping = (bend > 1.0).astype(np.float64)
