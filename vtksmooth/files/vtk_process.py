@@ -227,8 +227,8 @@ def read(
                 raise Cancelled("cancelled") from error
             if watch.late:
                 raise MeshFileError(
-                    f"reading {path} was stopped, as it had not ended after {seconds:.0f} s: it is damaged, or "
-                    "on a very slow disk; export it again, or copy it to another disk."
+                    f"reading {path} was stopped, as it had not ended after {seconds:.0f} s: it is damaged, "
+                    "or on a very slow disk; export it again, or copy it to another disk."
                 ) from error
             if not child.ready:
                 raise Unavailable from error
