@@ -112,15 +112,36 @@ def reference_directions(mesh):
 
 
 def _unscaled(corners, direction):
-    n = len(corners)
-    areas = []
-    for i in range(n):
-        vector = triangle_area_vector(corners[i], corners[(i + 1) % n], corners[i - 1])
-        areas.append(np.linalg.norm(vector) * (-1 if vector @ direction < 0 else 1))
+    """Smallest corner area over root of the squared sides and longest diagonal, along the vector area."""
+    vector = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0) / 2
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
     longest = max(np.linalg.norm(p - q) for p in corners for q in corners)
     bottom = np.sqrt((sides**2).sum()) * longest
-    return min(areas) / bottom if bottom > 0 else 0.0
+    if bottom == 0:
+        return 0.0
+    size = np.linalg.norm(vector)
+    axis = (
+        direction
+        if size < 1e-13 * (sides**2).sum()
+        else vector / size * (-1 if vector @ direction < 0 else 1)
+    )
+    if not axis.any():
+        return 0.0
+    # Corners in the plane across the axis.
+    across = np.linalg.svd(axis[None])[2][1:]
+    flat = corners @ (across if np.linalg.det([*across, axis]) > 0 else across[::-1]).T
+    areas = [
+        np.linalg.det([flat[(i + 1) % len(flat)] - flat[i], flat[i - 1] - flat[i]]) / 2
+        for i in range(len(flat))
+    ]
+    return min(areas) * np.linalg.norm(axis) / bottom
+
+
+def isoperimetric(corners):
+    """4 tan(pi / n) of the vector area over the sum of squared sides: 1 for the regular polygon."""
+    vector = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0) / 2
+    squares = ((corners - np.roll(corners, 1, axis=0)) ** 2).sum()
+    return 4 * np.tan(np.pi / len(corners)) * np.linalg.norm(vector) / squares if squares > 0 else 0.0
 
 
 def regular_polygon(n):
@@ -129,7 +150,11 @@ def regular_polygon(n):
 
 
 def aspect_ratio(corners, direction):
-    """k of one face, ALGORITHMS section 0; polygons like quadrilaterals, scaled to 1 for the regular one."""
+    """k of one face; polygons like quadrilaterals, scaled to 1 for the regular one; between -1 and 1."""
+    return max(-1.0, _aspect_ratio(corners, direction))
+
+
+def _aspect_ratio(corners, direction):
     if len(corners) < 3:
         return 0.0
     if len(corners) == 3:
@@ -139,7 +164,13 @@ def aspect_ratio(corners, direction):
         return 4 * np.sqrt(3) * sign * np.linalg.norm(vector) / squares if squares > 0 else 0.0
     if len(corners) == 4:
         return 4 * np.sqrt(2) * _unscaled(corners, direction)
-    return _unscaled(corners, direction) / _unscaled(regular_polygon(len(corners)), np.array([0.0, 0, 1]))
+    scaled = _unscaled(corners, direction) / _unscaled(regular_polygon(len(corners)), np.array([0.0, 0, 1]))
+    if scaled <= 0:
+        return scaled
+    vector = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    seen = corners - corners.mean(axis=0)
+    thickness = np.linalg.norm(seen @ vector / np.linalg.norm(vector)) / np.linalg.norm(seen)
+    return min(scaled, isoperimetric(corners)) / (1 + 4 * thickness) ** 2
 
 
 def aspect_ratios(mesh, reference):

@@ -124,7 +124,9 @@ def test_every_scheme_with_every_constraint(bumpy, name, gate):
         # What the run says of itself.
         assert report.min_aspect_ratio == pytest.approx((bumpy.k.min(), k.min()), abs=1e-12)
         assert report.mean_aspect_ratio == pytest.approx((bumpy.k.mean(), k.mean()), abs=1e-12)
-        assert report.inverted == ((bumpy.k < 0).sum(), (k < 0).sum())
+        # By rounding, a corner on a straight side can count on either side.
+        assert report.inverted[0] == (bumpy.k < 0).sum()
+        assert (k < -1e-14).sum() <= report.inverted[1] <= (k < 1e-14).sum()
         assert report.volume is None
 
 

@@ -62,9 +62,90 @@ def test_any_face_like_the_definition(seed, size):
     direction = random.normal(size=(1, 3))
     k = quality.aspect_ratios(Mesh.from_faces(corners, [range(size)]), direction)[0]
     assert k == pytest.approx(reference.aspect_ratio(corners, direction[0]), abs=1e-13)
-    flat = np.column_stack([corners[:, :2], np.zeros(size)])
-    if size <= 4:
-        assert quality.aspect_ratios(Mesh.from_faces(flat, [range(size)]), UP)[0] <= 1 + 1e-15
+    assert -1 <= k <= 1 + 1e-15
+
+
+def test_a_pulled_in_quadrilateral_that_is_inverted_has_minus_1():
+    # Two equilateral triangles, of which one is pulled in to a line: the formula gives -1.55.
+    corners = np.array([(0, 0), (0.5, 0), (1, 0), (0.5, np.sqrt(0.75))])
+    assert k_of(*corners[::-1]) == -1
+    assert k_of(*corners) == 0
+    mesh = Mesh.from_faces(np.column_stack([corners[::-1], np.zeros(4)]), [range(4)])
+    assert quality.aspect_ratios(mesh, UP, bounded=False)[0] == pytest.approx(-1.549, abs=1e-3)
+
+
+def rotation(random):
+    return np.linalg.qr(random.normal(size=(3, 3)))[0]
+
+
+def k_in_space(corners):
+    mesh = Mesh.from_faces(corners, [range(len(corners))])
+    return quality.aspect_ratios(mesh, quality.reference_directions(mesh))[0]
+
+
+@given(seed=st.integers(0, 2**32), size=st.integers(4, 70), amount=st.floats(1e-3, 10))
+@settings(max_examples=200)
+def test_a_bent_face_is_worse_than_its_projection_and_neither_exceeds_1(seed, size, amount):
+    random = np.random.default_rng(seed)
+    turn = rotation(random)
+    corners = reference.regular_polygon(size) @ np.diag([1, random.uniform(0.2, 1), 0])
+    corners[:, 2] = amount * random.normal(size=size)
+    corners[:, :2] += min(amount, 0.5) * random.normal(size=(size, 2)) * random.integers(0, 2) / size
+    k = k_in_space(corners @ turn)
+    assert k == pytest.approx(k_in_space(7e5 * corners), abs=1e-9), "pose and size do not matter"
+    vector = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    axis = vector / np.linalg.norm(vector)
+    flat = k_in_space(corners - np.outer(corners @ axis, axis))
+    assert max(k, flat) <= 1 + 1e-14
+    assert abs(k) <= abs(flat) * (1 + 1e-9) + 1e-12
+
+
+@pytest.mark.parametrize("size", [4, 6, 12, 64, 66])
+def test_k_falls_with_the_warp_of_a_regular_polygon(size):
+    corners = reference.regular_polygon(size)
+    raised = [corners + z * np.outer(np.arange(size) % 2, [0, 0, 1]) for z in (0, 0.01, 0.1, 0.3, 1, 10)]
+    k = [k_in_space(polygon) for polygon in raised]
+    assert k[0] == pytest.approx(1, abs=1e-13)
+    assert (np.diff(k) < 0).all()
+    assert k[-1] > 0
+
+
+@pytest.mark.parametrize(("size", "step"), [(5, 2), (7, 2), (7, 3), (12, 5), (64, 3), (67, 2)])
+def test_star_polygons_are_not_regular(size, step):
+    # Their corner triangles are as large as those of the regular polygon, or larger.
+    star = reference.regular_polygon(size)[np.arange(size) * step % size]
+    assert 0 < k_in_space(star) <= np.tan(np.pi / size) / np.tan(step * np.pi / size) + 1e-12 < 0.6
+
+
+@pytest.mark.parametrize("size", [4, 5, 6, 9])
+def test_no_search_finds_a_polygon_better_than_the_regular_one(size):
+    random = np.random.default_rng(size)
+    for start in (reference.regular_polygon(size), random.normal(size=(size, 3))):
+        best, k, step = start, k_in_space(start + 0.1 * random.normal(size=start.shape)), 0.1
+        for _ in range(1500):
+            tried = best + step * random.normal(size=(size, 3)) * (random.random((size, 1)) < 0.5)
+            value = k_in_space(tried)
+            step = min(0.3, 1.5 * step) if value > k else max(1e-4, 0.97 * step)
+            if value > k:
+                best, k = tried, value
+        assert k < 1
+
+
+@given(seed=st.integers(0, 2**32), size=st.integers(4, 12), amount=st.floats(1e-4, 0.5))
+@settings(max_examples=200)
+def test_every_other_polygon_is_worse_than_the_regular_one(seed, size, amount):
+    change = np.random.default_rng(seed).normal(size=(size, 3))
+    assert k_in_space(reference.regular_polygon(size) + amount * change) < 1 - 1e-9
+
+
+@given(seed=st.integers(0, 2**32), size=st.integers(5, 12))
+@settings(max_examples=100)
+def test_of_plane_convex_polygons_the_corner_triangles_decide(seed, size):
+    random = np.random.default_rng(seed)
+    angle = 2 * np.pi * (np.arange(size) + random.uniform(-0.4, 0.4, size)) / size
+    corners = np.column_stack([np.cos(angle), random.uniform(0.1, 1) * np.sin(angle)])
+    in_space = np.column_stack([corners, np.zeros(size)])
+    assert k_of(*corners) < reference.isoperimetric(in_space)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from schemes import SCHEMES
 
 from vtksmooth.kernels import adjacency, loop
 from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.laplacian import Weights
 from vtksmooth.kernels.mesh import Mesh
 from vtksmooth.kernels.schemes.angle_based import AngleBased
 from vtksmooth.kernels.schemes.angle_weighted import AngleWeighted
@@ -14,7 +15,7 @@ from vtksmooth.kernels.schemes.cotangent import Cotangent
 from vtksmooth.kernels.schemes.equilateral import Equilateral
 from vtksmooth.kernels.schemes.optimal_delaunay import OptimalDelaunay
 from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
-from vtksmooth.kernels.schemes.taubin import Taubin
+from vtksmooth.kernels.schemes.taubin import LARGEST_GAIN, DirectionalTaubin, Steps, Taubin
 from vtksmooth.kernels.schemes.thin_plate import ThinPlate
 from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
 from vtksmooth.kernels.schemes.umbrella import Umbrella
@@ -79,6 +80,45 @@ def test_taubin(mesh):
     shrunk = by_vertex(mesh, lambda v: reference.umbrella(mesh.points, v, rings[v], 0.5))
     expected = by_vertex(mesh, lambda v: reference.umbrella(shrunk, v, rings[v], outwards))
     np.testing.assert_allclose(one_pass(mesh, Taubin(0.5, 0.1)), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("relaxation", [1e-320, 1e-9, 0.1, 0.5, 0.7, 0.9, 1.0])
+@pytest.mark.parametrize("band", [0.001, 0.1, 0.5, 0.9])
+@pytest.mark.parametrize("iterations", [1, 20, 3000])
+def test_no_run_of_taubin_amplifies(relaxation, band, iterations):
+    steps = Steps(relaxation, band)
+    frequencies = np.linspace(0, 2, 1001)
+    gain = np.ones_like(frequencies)
+    for _ in range(iterations):
+        inwards, outwards = steps.next()
+        assert inwards <= relaxation
+        gain *= (1 - inwards * frequencies) * (1 - outwards * frequencies)
+    kept = frequencies <= band
+    assert gain[kept].min() >= 1 - 1e-12
+    assert gain[kept].max() <= LARGEST_GAIN + 1e-12
+    assert np.abs(gain[~kept]).max() <= 1 + 1e-9
+    if steps.left == 0 and band > 0.01:
+        assert gain[kept].max() > 0.999 * LARGEST_GAIN, "all is spent"
+
+
+@pytest.mark.parametrize("weights", ["umbrella", "cotangent"])
+@pytest.mark.parametrize("iterations", [100, 10_000])
+def test_taubin_stops_before_the_body_grows(weights, iterations):
+    ball = meshes.icosphere(3)
+    scheme = Taubin() if weights == "umbrella" else DirectionalTaubin(Weights(weights), 0.5, 0.1)
+    for _ in range(2):  # a scheme may serve several runs
+        _, report = loop.smooth(ball, scheme, iterations=iterations)
+        assert (report.stop_reason, report.iterations) == ("pass-band", 23)
+        assert 1 <= report.volume[1] / report.volume[0] < LARGEST_GAIN**3
+    report = loop.smooth(ball, scheme, iterations=23)[1]
+    assert report.stop_reason == "iterations"
+
+
+@pytest.mark.parametrize("scheme", [Taubin(0.0, 0.1), DirectionalTaubin(Weights("cotangent"), 0.0, 0.9)])
+def test_taubin_without_relaxation_moves_nothing(scheme):
+    ball = meshes.icosphere(1)
+    points, _ = loop.smooth(ball, scheme, iterations=2)
+    np.testing.assert_array_equal(points, ball.points)
 
 
 def test_trapezium_drawing(mesh):

@@ -40,8 +40,9 @@ class VtksmoothAccessor:
     ) -> pv.PolyData:
         """Add the cell array ``AspectRatio``: k of every face, signed (Semenova et al., sections 2.1, 3.1).
 
-        1 for the equilateral triangle, the square and regular polygons, 0 for degenerate faces, negative
-        for faces turned against the surface round them (the sum of their vertices' area-weighted normals).
+        1 for the equilateral triangle, the square and regular plane polygons, and less for all other faces: bent
+        ones too. 0 for degenerate faces, negative for concave quadrilaterals and polygons, and for faces turned
+        against the surface round them (the sum of their vertices' area-weighted normals); -1 at least.
         Cells that are no faces (verts, lines) have 1 and do not enter the summary.
 
         Parameters
@@ -484,13 +485,13 @@ class VtksmoothAccessor:
 
         Umbrella: equal weights. Scale-dependent: ``1/|e|`` (Fujiwara). Cotangent: Desbrun et al., negative
         weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: ``lambda|mu``, which
-        does not shrink. Area-weighted and angle-weighted: the centroids of the faces round the vertex; odt: their
-        circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an edge at once,
-        so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With
-        a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the
-        edge in the tangent plane. With an implicit step each iteration solves one sparse system, which is as good
-        as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and without a flow, and
-        with every constraint that these have.
+        hardly shrinks or grows. Area-weighted and angle-weighted: the centroids of the faces round the vertex;
+        odt: their circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an
+        edge at once, so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart
+        Laplacian. With a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between
+        the flow and the edge in the tangent plane. With an implicit step each iteration solves one sparse system,
+        which is as good as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and
+        without a flow, and with every constraint that these have.
 
         Parameters
         ----------
@@ -580,6 +581,8 @@ class VtksmoothAccessor:
         to surface, null space and corrections, boundaries and features that slide. The flow's size and sign do
         not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
         of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
+        Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
+        below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
         With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
         shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
 

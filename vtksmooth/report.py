@@ -14,6 +14,8 @@ STOP_REASONS = {
     "dihedral-change": "the next iteration would exceed stop_dihedral_change",
     "deviation": "the next iteration would exceed stop_deviation_fraction",
     "volume": "the next iteration would exceed stop_volume_percent",
+    "pass-band": "the next iteration would amplify frequencies below pass_band by more than 1.5 %; "
+    "lower pass_band to smooth more",
 }
 
 
@@ -68,13 +70,20 @@ class RunReport:
     broken: list[str] = field(default_factory=list)
     irregular: int = 0
 
+    def _volume(self) -> str:
+        if self.volume is None:
+            return f"volume swept {self.swept_volume:.3g}"
+        before, after = self.volume
+        change = f" ({100.0 * (after / before - 1.0):+.2g} %)" if before else ""
+        return f"volume {before:.6g} -> {after:.6g}{change}"
+
     def __str__(self) -> str:
         reason = STOP_REASONS[self.stop_reason]
         return (
             f"{self.iterations} iterations, {self.moved} vertices moved, {self.seconds:.2f} s; "
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
-            f"inverted {self.inverted[0]} -> {self.inverted[1]}; stopped because {reason}."
+            f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; stopped because {reason}."
         )
 
 
@@ -108,13 +117,10 @@ class InstallationSpaceReport(RunReport):
     notes: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
-        volume = f"open: volume swept {self.swept_volume:.3g}"
-        if self.volume is not None:
-            before, after = self.volume
-            volume = f"volume {before:.17g} -> {after:.17g}, as written {self.volume_rounded:.17g}"
+        written = "" if self.volume_rounded is None else f"; volume as written {self.volume_rounded:.17g}"
         lines = [
             super().__str__(),
-            f"{self.free} points free, {self.blended} blended, {self.fixed} on the space; {volume}",
+            f"{self.free} points free, {self.blended} blended, {self.fixed} on the space{written}",
             f"outside {self.outside[0]} -> {self.outside[1]} points, crossing {self.crossing[0]} -> "
             f"{self.crossing[1]} triangles",
             *self.notes,

@@ -54,8 +54,9 @@ def faces_with_area(mesh: Mesh, k: np.ndarray) -> np.ndarray:
 class SurfaceQuality(Filter):
     """Add the cell array ``AspectRatio``: k of every face, signed (Semenova et al., sections 2.1, 3.1).
 
-    1 for the equilateral triangle, the square and regular polygons, 0 for degenerate faces, negative
-    for faces turned against the surface round them (the sum of their vertices' area-weighted normals).
+    1 for the equilateral triangle, the square and regular plane polygons, and less for all other faces: bent
+    ones too. 0 for degenerate faces, negative for concave quadrilaterals and polygons, and for faces turned
+    against the surface round them (the sum of their vertices' area-weighted normals); -1 at least.
     Cells that are no faces (verts, lines) have 1 and do not enter the summary.
 
     Attributes

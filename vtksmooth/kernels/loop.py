@@ -252,7 +252,7 @@ class _Run:
         reference = quality.reference_directions(mesh)
         pinned = (near.border == adjacency.ISOLATED).astype(np.uint8)
         points = mesh.points if self.order is not None else mesh.points.copy()
-        k = quality.aspect_ratios(mesh, reference)
+        k = quality.aspect_ratios(mesh, reference, bounded=False)
         self.state = State(
             mesh, near, reference, points, pinned, float(k.min()), self.in_place, self._first_points,
             self._features,
@@ -270,6 +270,7 @@ class _Run:
         if self.in_place:
             colours = [starts for _, inner in self.classes for starts, _ in inner]
             self.fused = self.scheme.fuse(self.state, self.disposal.acting, k, np.concatenate(colours))
+        k = np.maximum(k, -1.0)
         report = self.report
         self.mean_k = float(k.mean())
         report.irregular = int(np.count_nonzero(near.border == adjacency.IRREGULAR))
@@ -322,6 +323,8 @@ class _Run:
 
     def iterate(self, done: float, share: float) -> str:
         """Do one iteration; return why the run must stop, or ''."""
+        if self.scheme.finished:
+            return self.scheme.finished
         state = self.state
         kept = state.points.copy() if self.stop.bounding or self.disposal.closes else None
         moved = -1

@@ -1,7 +1,7 @@
 """Signed aspect ratio k of triangles, quadrilaterals and polygons.
 
 Semenova et al., sections 2.1 and 3.1: 1 for the equilateral triangle and the square, 0 for a degenerate
-element, negative for an inverted one.
+element, negative for an inverted one. Bent faces are worse than plane ones.
 
 Kernels compare *signed squares* ``q = k |k|``: the order is that of k, and no root is drawn.
 """
@@ -21,6 +21,13 @@ Float64 = npt.NDArray[np.float64]
 
 #: The papers' bins of k.
 BINS = (0.0, 0.2, 0.4, 0.6, 0.8)
+
+#: Twice the vector area of a polygon over the sum of its squared sides, below which it is rounding.
+_CANCELLED = 1e-13
+
+#: How much the thickness of polygons with five corners or more counts. With 1 instead of 4 Trapezium Drawing
+#: made noisy dual meshes less flat.
+_THICKNESS = 4.0
 
 
 @device
@@ -67,49 +74,79 @@ def polygon_scale(size):  # type: ignore[no-untyped-def]
 
 @routine
 def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  # type: ignore[no-untyped-def]
-    """Signed square of ``k = 4 sqrt(2) min A_i / (sqrt(sum l_i^2) h_max)``, with vertex v at (x, y, z).
+    """Signed square of k of a polygon with four corners or more, with vertex v at (x, y, z).
 
-    A_i are the signed areas of *all* corner triangles: of a concave or self-crossing quadrilateral
-    one is negative, whichever way it would be split. h_max is the longest side or diagonal.
+    ``k1 = c min A_i / (sqrt(sum l_i^2) h)`` is k of a quadrilateral. With more corners, k is k1 where that is
+    negative, and otherwise ``min(k1, 4 tan(pi/n) |A| / sum l_i^2) / (1 + 4 t)^2``. A is the vector area. A_i
+    are the signed areas of *all* corner triangles as seen along A (turned to the side of the reference
+    direction r): of a concave or self-crossing quadrilateral one is negative, whichever way it would be
+    split. h is the longest side or diagonal, and c makes k = 1 for the regular polygon (4 sqrt(2) for the
+    square). t is how thick the polygon is: the root mean square of the distances of its corners from the
+    plane across A through their mean, over that of their distances from the mean.
+
+    k is at most 1, and 1 for the regular plane polygon only; a polygon that is not plane has a smaller k than
+    its projection along A, if that is positive. For the projection has the same A and A_i, and shorter sides.
+    In the plane, with corners ``z_j = sum_m c_m exp(2 pi i j m / n)`` as complex numbers,
+
+    ``sum l_j^2 - 4 tan(pi/n) A = 4 n sum_m |c_m|^2 sin^2(pi m/n) (1 - tan(pi/n) cot(pi m/n))``
+
+    with m = 1 ... n - 1. No term is negative, and only that of m = 1, the regular polygon, is 0. Of a
+    quadrilateral A = A_1 + A_3 = A_2 + A_4, so min A_i <= A / 2; with A <= sum l_i^2 / 4 and A <= h^2 / 2
+    (half the diagonals' cross product) k1 is at most 1, and 1 for the square only. Of plane convex polygons
+    k is k1, as far as is known: the isoperimetric bound is there for crumpled ones and for stars, whose
+    corner triangles are large. The thickness counts linearly: a gate would otherwise buy rounder polygons
+    with warped ones.
     """
     size = last - first
-    smallest = np.inf
-    perimeter = 0.0
-    longest = 0.0
+    o = connectivity[first]
+    ox = x if o == v else points[o, 0]
+    oy = y if o == v else points[o, 1]
+    oz = z if o == v else points[o, 2]
+    # Twice the vector area, seen from the first corner.
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
     mx = 0.0
     my = 0.0
     mz = 0.0
-    if size > LARGEST_POLYGON:
-        for i in range(first, last):
-            mx += points[connectivity[i], 0] / size
-            my += points[connectivity[i], 1] / size
-            mz += points[connectivity[i], 2] / size
+    bx = 0.0
+    by = 0.0
+    bz = 0.0
+    for i in range(1, size):
+        p = connectivity[first + i]
+        ax = bx
+        ay = by
+        az = bz
+        bx = (x if p == v else points[p, 0]) - ox
+        by = (y if p == v else points[p, 1]) - oy
+        bz = (z if p == v else points[p, 2]) - oz
+        mx += bx / size
+        my += by / size
+        mz += bz / size
+        ux += ay * bz - az * by
+        uy += az * bx - ax * bz
+        uz += ax * by - ay * bx
+    area = np.sqrt(ux * ux + uy * uy + uz * uz)
+    perimeter = 0.0
+    longest = 0.0
     for i in range(size):
         p = connectivity[first + i]
         q = connectivity[first + (i + 1) % size]
-        o = connectivity[first + (i + size - 1) % size]
         px = x if p == v else points[p, 0]
         py = y if p == v else points[p, 1]
         pz = z if p == v else points[p, 2]
         ax = (x if q == v else points[q, 0]) - px
         ay = (y if q == v else points[q, 1]) - py
         az = (z if q == v else points[q, 2]) - pz
-        bx = (x if o == v else points[o, 0]) - px
-        by = (y if o == v else points[o, 1]) - py
-        bz = (z if o == v else points[o, 2]) - pz
-        nx = ay * bz - az * by
-        ny = az * bx - ax * bz
-        nz = ax * by - ay * bx
-        area = 0.25 * (nx * nx + ny * ny + nz * nz)
-        if nx * rx + ny * ry + nz * rz < 0.0:
-            area = -area
-        smallest = min(smallest, area)
         side = ax * ax + ay * ay + az * az
         perimeter += side
         longest = max(longest, side)
         # In giants twice the largest distance from the middle stands for the longest diagonal.
         if size > LARGEST_POLYGON:
-            longest = max(longest, 4.0 * ((px - mx) ** 2 + (py - my) ** 2 + (pz - mz) ** 2))
+            ax = px - ox - mx
+            ay = py - oy - my
+            az = pz - oz - mz
+            longest = max(longest, 4.0 * (ax * ax + ay * ay + az * az))
             continue
         for j in range(i + 2, size - (1 if i == 0 else 0)):
             d = connectivity[first + j]
@@ -119,7 +156,47 @@ def polygon_square(points, connectivity, first, last, v, x, y, z, rx, ry, rz):  
             longest = max(longest, dx * dx + dy * dy + dz * dz)
     if perimeter == 0.0 or longest == 0.0:
         return 0.0
-    return polygon_scale(size) * (smallest / perimeter / longest)
+    # Of an area that cancels, but for rounding, the direction has no meaning.
+    if area > _CANCELLED * perimeter:
+        turn = -1.0 / area if ux * rx + uy * ry + uz * rz < 0.0 else 1.0 / area
+        ux *= turn
+        uy *= turn
+        uz *= turn
+    else:
+        ux = rx
+        uy = ry
+        uz = rz
+    smallest = np.inf
+    from_plane = 0.0
+    from_mean = 0.0
+    for i in range(size):
+        p = connectivity[first + i]
+        q = connectivity[first + (i + 1) % size]
+        d = connectivity[first + (i + size - 1) % size]
+        px = x if p == v else points[p, 0]
+        py = y if p == v else points[p, 1]
+        pz = z if p == v else points[p, 2]
+        ax = (x if q == v else points[q, 0]) - px
+        ay = (y if q == v else points[q, 1]) - py
+        az = (z if q == v else points[q, 2]) - pz
+        bx = (x if d == v else points[d, 0]) - px
+        by = (y if d == v else points[d, 1]) - py
+        bz = (z if d == v else points[d, 2]) - pz
+        nx = ay * bz - az * by
+        ny = az * bx - ax * bz
+        nz = ax * by - ay * bx
+        smallest = min(smallest, nx * ux + ny * uy + nz * uz)
+        ax = px - ox - mx
+        ay = py - oy - my
+        az = pz - oz - mz
+        from_mean += ax * ax + ay * ay + az * az
+        from_plane += (ax * ux + ay * uy + az * uz) ** 2
+    square = polygon_scale(size) * (0.25 * smallest * abs(smallest) / perimeter / longest)
+    if size == 4 or square <= 0.0:
+        return square
+    roundness = 2.0 * np.tan(np.pi / size) * (area / perimeter)
+    flat = 1.0 / (1.0 + _THICKNESS * np.sqrt(from_plane / from_mean))
+    return min(square, roundness * roundness) * (flat * flat) * (flat * flat)
 
 
 @device
@@ -302,23 +379,27 @@ def reference_directions(mesh: Mesh) -> Float32:
     return reference
 
 
-def aspect_ratios(mesh: Mesh, reference: Float32) -> Float64:
+def aspect_ratios(mesh: Mesh, reference: Float32, *, bounded: bool = True) -> Float64:
     """Return the signed aspect ratio k of every face, (m,).
 
-    At most 1 for triangles and plane quadrilaterals. Bent polygons can exceed 1, concave and crossed ones
-    can go below -1.
+    Between -1 and 1, and 1 for regular plane faces only.
 
     Parameters
     ----------
     mesh : Mesh
     reference : (m, 3) float32
         Direction against which each face's area is signed, from :func:`reference_directions`.
+    bounded : bool
+        Of concave, crossed and inverted faces with four corners or more the formula can fall below -1.
+        Such faces have -1; otherwise what gates compare, for which less bad is better there, too.
 
     Notes
     -----
     Triangles: section 2.1 of Semenova et al. Quadrilaterals: section 3.1, with the corner triangles of
-    both diagonals. Polygons with more corners: the quadrilateral's formula, scaled so that the regular
-    polygon has k = 1. Faces with fewer than three corners have k = 0.
+    both diagonals as seen along the face's vector area: for plane ones the paper's. Polygons with more
+    corners: the quadrilateral's formula, scaled so that the regular polygon has k = 1, at most the
+    isoperimetric quotient of sides and area, and less the thicker the polygon is; :func:`polygon_square`
+    proves that no face exceeds 1. Faces with fewer than three corners have k = 0.
     """
     k = np.empty(mesh.n_faces)
     everything = parallel.ranges(mesh.n_faces)
@@ -326,6 +407,8 @@ def aspect_ratios(mesh: Mesh, reference: Float32) -> Float64:
         parallel.run(_aspect_ratios_of_triangles, *everything, mesh.points, mesh.connectivity, reference, k)
     else:
         parallel.run(_aspect_ratios, *everything, mesh.points, mesh.offsets, mesh.connectivity, reference, k)
+        if bounded:
+            np.maximum(k, -1.0, out=k)
     return k
 
 

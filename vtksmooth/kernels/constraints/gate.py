@@ -195,7 +195,7 @@ class Gate(Constraint):
     def prepare(self, state: State) -> None:
         # Where nothing is inverted nothing will be, and the worst is never asked for.
         if self.kind != ANGLE and self.worst < 0.0:
-            k = float(aspect_ratios(state.mesh, state.reference).min())
+            k = float(aspect_ratios(state.mesh, state.reference, bounded=False).min())
             self.worst = k * abs(k)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:

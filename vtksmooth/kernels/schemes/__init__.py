@@ -40,6 +40,11 @@ class Scheme(ABC):
     def bind(self, state: State) -> None:  # noqa: B027
         """Look at the mesh once, before the first pass."""
 
+    @property
+    def finished(self) -> str:
+        """Why there is no further iteration, a key of :data:`~vtksmooth.report.STOP_REASONS`, or ''."""
+        return ""
+
     def prepare(self, state: State, turn: int) -> None:  # noqa: B027 (most need nothing)
         """Compute what the proposals of pass `turn` of the iteration need of the whole mesh."""
 

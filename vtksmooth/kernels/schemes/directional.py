@@ -45,7 +45,7 @@ class Directional(Scheme):
     ----------
     weights : Weights
     factors : sequence of float
-        One for each pass of an iteration: one in (0, 1], or Taubin's lambda and mu.
+        One for each pass of an iteration.
     thin_plate : bool
         Whether the operator is applied twice, L on the border taken as 0: the operator of
         :class:`~vtksmooth.kernels.schemes.thin_plate.ThinPlate`, which is quicker, with other weights.
