@@ -195,3 +195,21 @@ def test_noise_on_a_cube(level, bound):
     found = detect(clean.with_points(clean.points + push)).classes > 0
     there = on_cube(clean, 12) > 0
     assert 2 * (found & there).sum() / (found.sum() + there.sum()) >= bound
+
+
+@pytest.mark.parametrize("ridge_angle", [30.0, "auto"])
+def test_classes_do_not_depend_on_the_numbering(ridge_angle):
+    ball = meshes.icosphere(2)
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        mesh = ball.with_points(ball.points + 0.15 * random.normal(size=ball.points.shape))
+        order = random.permutation(mesh.n_points).astype(np.int32)
+        place = np.argsort(order)
+        faces = place[np.array(meshes.lists(mesh))][random.permutation(mesh.n_faces)]
+        other = Mesh.from_faces(mesh.points[order], faces.tolist())
+        found, renumbered = detect(mesh, ridge_angle=ridge_angle), detect(other, ridge_angle=ridge_angle)
+        np.testing.assert_array_equal(renumbered.classes, found.classes[order])
+        edges = np.sort(order[renumbered.ridge_edges], axis=1)
+        assert {tuple(edge) for edge in edges.tolist()} == {
+            tuple(edge) for edge in found.ridge_edges.tolist()
+        }

@@ -400,3 +400,26 @@ def test_voxels_inside_a_real_part():
     assert outside_and_crossing(result, part) == (0, 0)
     assert smoothing.report.volume == pytest.approx([cells.sum() * size**3] * 2, rel=1e-12)
     assert smoothing.report.moved > 0.9 * skin.n_points
+
+
+@pytest.mark.parametrize("containment", ["none", "vertices", "exact"])
+def test_the_pose_does_not_matter(containment):
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        outer = np.zeros((7, 7, 7), bool)
+        outer[1:6, 1:6, 1:6] = random.random((5, 5, 5)) < 0.75
+        inner = outer & (random.random(outer.shape) < 0.75)
+        part, space = (meshes.polydata(meshes.voxels(np.argwhere(cells))) for cells in (inner, outer))
+        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        turn *= np.sign(np.linalg.det(turn))
+        shift = random.normal(size=3)
+
+        def turned(mesh):
+            other = pv.wrap(mesh).copy()
+            other.points = other.points @ turn.T + shift  # noqa: B023
+            return other
+
+        smoothing = InstallationSpaceSmoothing(iterations=8, containment=containment)
+        one, two = pv.wrap(smoothing(part, space)), pv.wrap(smoothing(turned(part), turned(space)))
+        np.testing.assert_array_equal(one["Fixed"], two["Fixed"])
+        np.testing.assert_allclose((two.points - shift) @ turn, one.points, atol=1e-9)

@@ -224,14 +224,15 @@ def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
 def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
     """Return the distance, model units, within which points of `sources` count as on the `space`.
 
-    `fraction` of the space's diagonal, but no less than what rounding the largest coordinate leaves open.
+    `fraction` of the space's diagonal, as if it were a box (of its span: the pose must not matter), but no
+    less than what rounding the largest coordinate leaves open.
     """
     roundings = [
         4.0 * float(np.finfo(points.dtype).eps) * float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
         for points in map(points_of, sources)
         if points.dtype.kind == "f"
     ]
-    return max([float(fraction * space.diagonal), *roundings])
+    return max([fraction * space.span, *roundings])
 
 
 def _place(point: Float64) -> str:

@@ -214,17 +214,54 @@ def _classify(  # type: ignore[no-untyped-def]
                     picked[v, 1] = w
 
 
+@device
+def _ways(points, near, kind, v, rows, count):  # type: ignore[no-untyped-def]
+    # How many of the edges in rows[:count] go different ways, three at most, and the two that differ most.
+    # Of all sets of edges the largest counts: what is met first depends on the numbering.
+    first = second = -1
+    best = 2.0
+    ways = min(1, count)
+    for i in range(count):
+        for j in range(i):
+            a = near.ring[rows[i]]
+            b = near.ring[rows[j]]
+            cosine = _cosine(points, v, a, b)
+            apart = kind[rows[i]] != 0 or kind[rows[j]] != 0 or cosine < _SAME_WAY
+            if not apart:
+                continue
+            ways = max(ways, 2)
+            if cosine < best:
+                best = cosine
+                first = b
+                second = a
+            for k in range(j):
+                if ways == 3:
+                    break
+                c = near.ring[rows[k]]
+                of_c = kind[rows[k]] != 0
+                from_a = of_c or kind[rows[i]] != 0 or _cosine(points, v, a, c) < _SAME_WAY
+                from_b = of_c or kind[rows[j]] != 0 or _cosine(points, v, b, c) < _SAME_WAY
+                if from_a and from_b:
+                    ways = 3
+        if ways == 3:
+            break
+    return ways, first, second
+
+
 @kernel
 def _filter(  # type: ignore[no-untyped-def]
     starts, ends, points, near, kind, angle, ridge_angle, only_corners, classes, picked, acute, after, taken
 ):
     # Section 4.2, steps 1 to 4; `only_corners`: step 4 alone. Steps 3 and 4 count ways rather than edges.
-    way = np.empty(3, np.int32)
+    widest = 0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            widest = max(widest, near.ring_offsets[v + 1] - near.ring_offsets[v])
+    way = np.empty(widest, np.int32)
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             count = 0
             strong = 0
-            ways = 0
             for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
                 w = near.ring[r]
                 if classes[w] == 0:
@@ -235,13 +272,9 @@ def _filter(  # type: ignore[no-untyped-def]
                     identified = _is_sharp(kind, angle, r, ridge_angle)
                 strong += _is_sharp(kind, angle, r, 2.0 * ridge_angle)
                 if identified:
+                    way[count] = r
                     count += 1
-                    another = ways < 3
-                    for i in range(ways):
-                        another = another and (kind[r] != 0 or _cosine(points, v, way[i], w) < _SAME_WAY)
-                    if another:
-                        way[ways] = w
-                        ways += 1
+            ways, first, second = _ways(points, near, kind, v, way, count)
             after[v] = classes[v]
             taken[v, 0] = picked[v, 0]
             taken[v, 1] = picked[v, 1]
@@ -253,8 +286,8 @@ def _filter(  # type: ignore[no-untyped-def]
                 continue
             elif ways == 2 and classes[v] == 0:
                 after[v] = 1
-                taken[v, 0] = way[0]
-                taken[v, 1] = way[1]
+                taken[v, 0] = first
+                taken[v, 1] = second
             elif count < 2 and strong < 2 and classes[v] == 1 and not acute[v]:
                 after[v] = 0
 

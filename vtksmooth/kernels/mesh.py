@@ -157,6 +157,17 @@ class Mesh:
         _widen(self.points, self.connectivity, box)
         return float(np.linalg.norm(box[1] - box[0]))
 
+    @property
+    def span(self) -> float:
+        """Twice the distance of the farthest point that faces use from the mean of them all.
+
+        Of a box it is the diagonal; unlike :attr:`diagonal` it is the same in every pose.
+        """
+        if not len(self.connectivity):
+            return 0.0
+        points = self.points[self.used_points]
+        return 2.0 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+
 
 @device
 def widen(box, points, v):  # type: ignore[no-untyped-def]

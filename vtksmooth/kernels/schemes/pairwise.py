@@ -27,6 +27,9 @@ BLOCK_SIZE = 2048
 #: The two rows of an edge's system are the same up to rounding: the pair has no best place.
 _SINGULAR = 1e-12
 
+#: Part of the squared steps that is left when the volume takes all of them back, up to rounding.
+_TAKEN_BACK = 1e-16
+
 
 class Edges(NamedTuple):
     """The edges in the order of the sweep, and the rings of their ends.
@@ -294,6 +297,14 @@ def _keep_volume(si, sj, ux, uy, uz, g, d):  # type: ignore[no-untyped-def]
 
 
 @device
+def _square(d):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for axis in range(3):
+        total += d[0, axis] * d[0, axis] + d[1, axis] * d[1, axis]
+    return total
+
+
+@device
 def _energy_change(cii, cjj, cij, f, d):  # type: ignore[no-untyped-def]
     change = 0.0
     for axis in range(3):
@@ -411,7 +422,11 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):  # 
             for axis in range(3):
                 d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
                 d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
+            wanted = _square(d)
             _keep_volume(si, sj, ux, uy, uz, g, d)
+            # What the volume takes back but for rounding is no step: whether it wins is rounding too.
+            if _square(d) <= _TAKEN_BACK * wanted:
+                continue
             # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
             # there is none of reasonable size. Then the energy would grow.
             if not _energy_change(cii, cjj, cij, f, d) < 0.0:
