@@ -408,3 +408,19 @@ def test_a_large_mesh_with_nothing_but_degenerate_faces_stays():
         result, report = loop.smooth(mesh, scheme, constraints, iterations=2)
         np.testing.assert_array_equal(result, points)
         assert report.stop_reason == "nothing-to-do"
+
+
+@pytest.mark.parametrize("gate", ["aspect", "floor"])
+@pytest.mark.parametrize(("kind", "best"), [("quads", 1.0), ("triangles", np.sqrt(3) / 2)])
+def test_gates_do_not_stall_where_rows_move_together(kind, best, gate):
+    # A graded grid whose border slides: no vertex gains alone, all of them together become even.
+    mesh = meshes.sheet(10, 10, kind)
+    mesh = mesh.with_points(10.0 * (mesh.points / 10.0) ** 1.5)
+    k = []
+    for iterations in (0, 10, 20, 100, 400):
+        _, report = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True), Gate(gate)], iterations=iterations)
+        k.append(report.min_aspect_ratio[1])
+        assert report.inverted[1] == 0
+    assert k == sorted(k)
+    assert k[0] < 0.45
+    assert k[-1] > best - 0.03

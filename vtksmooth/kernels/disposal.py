@@ -100,6 +100,8 @@ class Disposal:
         if not self.in_place:
             covered = frozenset().union(*(each.covers for each in self._conserving))
             self._limiting = [each for each in self._limiting if each.topic not in covered]
+        #: Whether gates judge each vertex as it moves; otherwise :meth:`unwelcome` says of a pass.
+        self.judged_alone = True
         self.factors: Float64 | None = None
         self._spare = np.empty((0, 3))
 
@@ -147,7 +149,7 @@ class Disposal:
         if not self.in_place:
             for constraint in self._conserving:
                 constraint.conserve(state, state.points, proposed, self.beyond)
-        for judge in self._judging:
+        for judge in self._judging if self.judged_alone else ():
             judge.dispose(state, starts, ends, proposed)
             rows, last = starts, ends
             for _ in range(judge.halvings):
@@ -194,6 +196,18 @@ class Disposal:
             constraint.dispose(state, starts, ends, allowed)
             found |= (allowed != proposed).any(axis=1)
         found &= state.pinned == 0
+        return found
+
+    @property
+    def judges_passes(self) -> bool:
+        """Whether there are gates, and all the rest keeps its promise with each vertex that moves."""
+        return bool(self._judging) and not any(each.needs_still for each in self._limiting)
+
+    def unwelcome(self, state: State, before: Float64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that must stay for the pass that began at `before` to be accepted, (n,)."""
+        found = np.zeros(len(before), bool)
+        for judge in self._judging:
+            found |= judge.unwelcome(state, before, state.points)
         return found
 
     @property

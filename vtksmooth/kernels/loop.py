@@ -48,6 +48,9 @@ _SCATTERED = 10_000
 #: Least time between two measurements for somebody who watches, seconds.
 _MEASURE_EVERY = 1.0
 
+#: How often a pass that is judged as a whole is done again without the vertices that must stay.
+_WITHDRAWALS = 6
+
 
 @dataclass(frozen=True)
 class StopRules:
@@ -221,6 +224,8 @@ class _Run:
         self.doing = self.measures = ""
         self.measured = 0.0
         self.order: npt.NDArray[np.int32] | None = None
+        #: Whether gates let no vertex move alone in the last pass.
+        self.stalled = False
         self._edges: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
     # -- before the first pass ---------------------------------------------------------------------
@@ -266,10 +271,7 @@ class _Run:
         self.scheme.bind(self.state)
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
-        self.fused: Fused | None = None
-        if self.in_place:
-            colours = [starts for _, inner in self.classes for starts, _ in inner]
-            self.fused = self.scheme.fuse(self.state, self.disposal.acting, k, np.concatenate(colours))
+        self._fuse(k)
         k = np.maximum(k, -1.0)
         report = self.report
         self.mean_k = float(k.mean())
@@ -277,6 +279,12 @@ class _Run:
         report.mean_aspect_ratio = (self.mean_k, self.mean_k)
         report.min_aspect_ratio = (float(k.min()), float(k.min()))
         report.inverted = (int((k < 0).sum()), int((k < 0).sum()))
+
+    def _fuse(self, k: Float64) -> None:
+        self.fused: Fused | None = None
+        if self.in_place:
+            colours = [starts for _, inner in self.classes for starts, _ in inner]
+            self.fused = self.scheme.fuse(self.state, self.disposal.acting, k, np.concatenate(colours))
 
     def _pin_giants(self) -> None:
         topology = self.state.topology
@@ -327,7 +335,22 @@ class _Run:
             return self.scheme.finished
         state = self.state
         kept = state.points.copy() if self.stop.bounding or self.disposal.closes else None
-        moved = -1
+        moved = 0
+        for attempt in (self._together, self._alone) if self.stalled else (self._alone, self._together):
+            if moved := attempt(done, share):
+                self.stalled = attempt == self._together
+                break
+        if moved == 0 or (kept is not None and self.disposal.closes and not self.disposal.close(state, kept)):
+            return "converged"
+        exceeded = self._exceeded() if self.stop.bounding else ""
+        if exceeded and kept is not None:
+            state.points = kept
+            return exceeded
+        return self._gained_too_little()
+
+    def _alone(self, done: float, share: float) -> int:
+        """Do the passes of an iteration; return how many vertices or edges moved, -1 where nobody counts."""
+        state, moved = self.state, -1
         for turn in range(self.scheme.passes):
             if self.fused is not None:
                 moved = sum(self._fused(self.fused, done, share))
@@ -340,13 +363,32 @@ class _Run:
                 self._simultaneous(turn)
             else:
                 moved = max(0, moved) + sum(self._in_place(turn, done, share))
-        if moved == 0 or (kept is not None and self.disposal.closes and not self.disposal.close(state, kept)):
-            return "converged"
-        exceeded = self._exceeded() if self.stop.bounding else ""
-        if exceeded and kept is not None:
-            state.points = kept
-            return exceeded
-        return self._gained_too_little()
+        return moved
+
+    def _together(self, done: float, share: float) -> int:
+        """Do passes that gates judge as a whole, where no vertex may go alone; return how many moved."""
+        if not self.disposal.judges_passes:
+            return 0
+        state, before = self.state, self.state.points.copy()
+        pinned = state.pinned.copy()
+        self.disposal.judged_alone = False
+        moved = 0
+        for _ in range(_WITHDRAWALS):
+            for turn in range(self.scheme.passes):
+                self.scheme.prepare(state, turn)
+                self.disposal.prepare(state)
+                moved += sum(self._in_place(turn, done, share))
+            stay = self.disposal.unwelcome(state, before) if moved else np.zeros(len(before), bool)
+            if not stay.any():
+                break
+            moved = 0
+            state.points[:] = before
+            state.pinned[stay] = 1
+        state.pinned[:] = pinned
+        self.disposal.judged_alone = True
+        if moved:
+            self._fuse(quality.aspect_ratios(state.mesh, state.reference))
+        return moved
 
     def _simultaneous(self, turn: int) -> None:
         state = self.state

@@ -119,6 +119,13 @@ class Constraint:
         """Return the vertices because of which a whole pass would be refused, in phase JUDGE."""
         raise NotImplementedError
 
+    def unwelcome(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that must stay for a pass to be accepted as a whole, in phase JUDGE.
+
+        As :meth:`worsened`, and where a pass is not worth it.
+        """
+        raise NotImplementedError
+
     def halve(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> Int64:
         """Put halves of the steps that were refused into `proposed`; return whose, in phase JUDGE."""
         raise NotImplementedError

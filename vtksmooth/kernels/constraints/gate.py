@@ -20,6 +20,10 @@ MARGIN = 1e-12
 #: How often the gate with a floor halves a step that fails.
 HALVINGS = 3
 
+#: What vertices that move together must win: the worst element round any of them this part of its measure, or
+#: each on average this much of the inverse measure. And the measure below which all are as bad.
+_RISE, _GAIN, _LEAST = 1e-4, 1e-5, 1e-3
+
 
 @device
 def _largest_cosine(points, connectivity, first, last, v, x, y, z):  # type: ignore[no-untyped-def]
@@ -165,6 +169,9 @@ class Gate(Constraint):
     it is above and remains so, a greater sum of k is enough. A step that fails is halved three times before
     it is refused. With it no pass lowers the smallest k of the mesh below the floor or, where it is below,
     at all; nor makes more elements inverted. The mean is free to grow where the worst is good enough.
+    Where no vertex may move alone any more but many could together (a row of a graded grid), a pass is judged
+    as a whole: by what the gate promises of a pass, and by the worst round those that move, or its harmonic
+    mean, which must grow.
     ``"angle"`` (smart Laplacian): a greater smallest angle, which does not see inversion.
 
     Parameters
@@ -212,7 +219,8 @@ class Gate(Constraint):
         parallel.run(_halve, rows, rows + 1, state.points, self._refused, proposed)
         return rows
 
-    def worsened(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+    def _round(self, state: State, before: Float64, after: Float64) -> tuple[Float64, Int64]:
+        """Return the smallest measure round each vertex and how many are inverted, (2, n) each."""
         n = len(before)
         smallest, inverted = np.empty((2, n)), np.empty((2, n), np.int64)
         for points, of_vertices, count in zip((before, after), smallest, inverted, strict=True):
@@ -220,6 +228,25 @@ class Gate(Constraint):
                 _worst, *parallel.ranges(n), self.kind, points, state.near, state.reference, of_vertices,
                 count, smallest_share=parallel.COSTLY,
             )  # fmt: skip
+        return smallest, inverted
+
+    def unwelcome(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+        worse = self.worsened(state, before, after)
+        if worse.any():
+            return worse
+        smallest, _ = self._round(state, before, after)
+        moved = (before != after).any(axis=1)
+        # Cosines begin at -1.
+        worst = np.maximum(smallest + (self.kind == ANGLE), _LEAST)
+        least = worst[:, worst[0] != worst[1]].min(axis=1, initial=np.inf)
+        gain = 1.0 / worst[0] - 1.0 / worst[1]
+        if least[1] > (1.0 + _RISE) * least[0] or gain.sum() > _GAIN * np.count_nonzero(moved):
+            return np.zeros_like(moved)
+        lost: npt.NDArray[np.bool_] = gain < 0.0
+        return lost if lost.any() else moved
+
+    def worsened(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+        smallest, inverted = self._round(state, before, after)
         least = smallest[0].min()
         if self.kind == FLOOR:
             least = min(least, self.floor)
