@@ -113,7 +113,7 @@ def test_filters_hand_on_no_views_of_vtk_memory(cls: Any, monkeypatch: pytest.Mo
     monkeypatch.setattr(arrays, "numpy_to_vtk", hand_over)
     mesh, space = (in_double_precision(polydata) for polydata in (bump(6, "triangles"), space_over(6)))
     seen = 0
-    for setting in ({}, {"flow": "Flow", "ridge_angle": 40.0}):
+    for setting in ({}, {"flow": "Flow", "features": "hold", "ridge_angle": 40.0}):
         algorithm = cls(**{name: value for name, value in setting.items() if name in cls.parameters()})
         results = algorithm(*(space if name == "installation" else mesh for name in cls.inputs))
         for result in results if isinstance(results, tuple) else (results,):

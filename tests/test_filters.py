@@ -547,6 +547,22 @@ def test_comparison_with_itself_is_zero() -> None:
         assert comparison.summary[key]["mean"] == 0.0
 
 
+@pytest.mark.parametrize("faces", [[[0]], [[0, 1]], [[0, 1], [2]]])
+def test_comparison_of_faces_that_are_no_surface(faces: list[list[int]]) -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    comparison = SurfaceComparison()
+    output = comparison(polydata(points + 1.0, faces), polydata(points, faces))
+    assert comparison.summary["deviation"] == {"max": 0.0, "mean": 0.0, "max_relative": 0.0}
+    assert not vtk_to_numpy(output.GetPointData().GetArray("Deviation")).any()
+
+
+def test_errors_are_one_line_whatever_names_they_quote() -> None:
+    mesh = plane()
+    mesh.GetPointData().AddArray(vtk_array(np.zeros(mesh.GetNumberOfPoints()), "two\nlines"))
+    with pytest.raises(ParameterError, match=r"the mesh has: two lines\.$"):
+        TrapeziumDrawing(fixed="none such")(mesh)
+
+
 def test_the_mean_dihedral_change_of_an_open_mesh_is_over_its_inner_edges() -> None:
     flat, bent = plane(), plane()
     points = points_of(flat).copy()

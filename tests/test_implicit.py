@@ -119,6 +119,13 @@ def test_far_from_the_origin():
     np.testing.assert_allclose(points - shift, expected, atol=2.0**-31)
 
 
+@pytest.mark.parametrize("step", [0.0, 5e-324, 1e-20])
+def test_steps_that_are_next_to_none_move_next_to_nothing(step):
+    before = pv.wrap(meshes.polydata(SURFACES["sheet"]()))
+    after = pv.wrap(LaplacianSmoothing(iterations=2, implicit_step=step)(before))
+    np.testing.assert_allclose(after.points, before.points, rtol=0, atol=1e-15)
+
+
 def test_small_steps_are_those_of_the_explicit_scheme():
     mesh = SURFACES["sheet"]()
     solved, stepped = (

@@ -6,6 +6,10 @@ from __future__ import annotations
 class VtksmoothError(Exception):
     """Root of everything this package raises on purpose."""
 
+    def __str__(self) -> str:
+        # Names of arrays and files, which messages quote, may hold line breaks.
+        return " ".join(super().__str__().split())
+
 
 class InvalidMeshError(VtksmoothError, ValueError):
     """The mesh cannot be worked on as it is."""

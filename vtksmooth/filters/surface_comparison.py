@@ -74,7 +74,10 @@ class SurfaceComparison(Filter):
         for end in range(2):
             np.fmax.at(at_points, edge_ends[:, end], dihedral)
         self.progress(0.4)
-        used = near.border != adjacency.ISOLATED
+        # Faces of fewer than three corners are no surface, and nothing is at a distance from them.
+        sizes = before.mesh.face_sizes
+        used = np.zeros(before.mesh.n_points, np.bool_)
+        used[before.mesh.connectivity[np.repeat(sizes >= 3, sizes)]] = True
         deviation, back = np.zeros(before.mesh.n_points), np.zeros(before.mesh.n_points)
         deviation[used] = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
         self.progress(0.7)
@@ -93,7 +96,7 @@ class SurfaceComparison(Filter):
             "swept_volume": swept,
             "deviation": {
                 "max": largest,
-                "mean": float(np.concatenate((deviation[used], back[used])).mean()),
+                "mean": float(np.concatenate((deviation[used], back[used])).mean()) if used.any() else 0.0,
                 "max_relative": largest / diagonal if diagonal > 0 else 0.0,
             },
         }

@@ -130,7 +130,8 @@ class Implicit(Directional):
         middle = 1.0 + self.step
         focus = self.step * math.sqrt(1.0 - height * height)
         rate = self.step * (1.0 + height) / (middle + math.sqrt(middle * middle - focus * focus))
-        most = 10 + int(2.0 * math.log(TOLERANCE) / math.log(rate))
+        # The rate of a step that is next to none is 0 when it is rounded.
+        most = 10 + int(2.0 * math.log(TOLERANCE) / math.log(max(rate, TOLERANCE)))
         small = TOLERANCE * (1.0 + 2.0 * self.step) * greatest
         momentum, share, ratio = 0.0, 1.0 / middle, focus / middle
         self.solution[:] = self.before[:] = 0.0
