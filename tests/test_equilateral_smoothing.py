@@ -13,6 +13,7 @@ from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.kernels import adjacency, features, measure
 from vtksmooth.kernels.closest_point import ClosestPoint
+from vtksmooth.kernels.mesh import Mesh
 
 DATA = os.environ.get("VTKSMOOTH_DATA")
 
@@ -98,6 +99,13 @@ def test_features_of_another_mesh_are_refused():
     ring[:] = -1
     with pytest.raises(InvalidMeshError, match="do not belong to this mesh"):
         EquilateralSmoothing()(with_arrays(mesh, classes + np.uint8(9), ring))
+    # A neighbour that no face has: its coordinates need not be numbers.
+    apart = Mesh(np.vstack((mesh.points, np.full((1, 3), np.nan))), mesh.offsets, mesh.connectivity)
+    classes, ring = np.append(classes, np.uint8(0)), np.vstack((ring, [[-1, -1]])).astype(np.int32)
+    EquilateralSmoothing()(with_arrays(apart, classes, ring))
+    ring[0] = len(on)
+    with pytest.raises(InvalidMeshError, match="do not belong to this mesh"):
+        EquilateralSmoothing()(with_arrays(apart, classes, ring))
     with pytest.raises(ParameterError, match="ridge_angle"):
         EquilateralSmoothing(ridge_angle=400)
 

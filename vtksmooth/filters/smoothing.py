@@ -336,7 +336,7 @@ class SmoothingFilter(Filter):
 
     def _features(self, source: Any, mesh: Mesh) -> loop.FindFeatures:
         """Return the features, where the input says something of them, or what finds them."""
-        given = self._given_features(source)
+        given = self._given_features(source, mesh)
         if self.features == "ignore" and not self.null_space:
             return given or self._find_features
         edits = edits_of(self, source)
@@ -345,12 +345,15 @@ class SmoothingFilter(Filter):
         near = adjacency.build(mesh)
         return edited(given or self._find_features(mesh, near), mesh, near, *edits)
 
-    def _given_features(self, source: Any) -> Features | None:
+    def _given_features(self, source: Any, mesh: Mesh) -> Features | None:
         classes = point_array(source, FEATURE_CLASS)
         ring = point_array(source, RIDGE_NEIGHBOURS, components=2)
         if classes is None or ring is None:
             return None
-        if not (np.isin(classes, range(4)).all() and ((ring >= -1) & (ring < len(ring))).all()):
+        on_faces = np.zeros(mesh.n_points + 1, np.bool_)  # and at the end, where there is no neighbour
+        on_faces[mesh.connectivity] = on_faces[-1] = True
+        there = (ring >= -1) & (ring < len(ring))
+        if not (np.isin(classes, range(4)).all() and there.all() and on_faces[ring].all()):
             raise InvalidMeshError(
                 f"{FEATURE_CLASS} and {RIDGE_NEIGHBOURS} do not belong to this mesh; detect its features "
                 "anew, or remove the arrays."
