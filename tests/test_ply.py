@@ -69,7 +69,7 @@ def test_truncation_anywhere_is_noticed(tmp_path, kind):
         ("format ascii", "format morse"),
         ("property float z\n", ""),
         ("vertex_indices", "corners"),
-        ("element face", "element tristrips"),
+        ("element face", "element patch"),
         ("end_header", "end"),
         ("ply\n", "plywood\n"),
         ("1 1 0", "1 one 0"),

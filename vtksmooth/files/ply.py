@@ -6,6 +6,7 @@ truncated file; hence this one. Reference: Greg Turk, "The PLY Polygon File Form
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,25 +16,33 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshFileError
-from .polygons import Polygons, numbers
+from .polygons import NONE, Kept, Polygons, at_points
+from .text import decoded, quoted, rows
 
 _HEAD = 1 << 20
+
+#: Some programs put it before text.
+_MARK = b"\xef\xbb\xbf"
 
 _TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
     **{"float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2"},
     **{"int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8"},
+    **{"int64": "i8", "uint64": "u8", "longlong": "i8", "ulonglong": "u8"},  # of some programs
 }
 _NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"} | {
     "f4": "float",
     "f8": "double",
 }
 
-#: Properties that belong together, and the array VTK makes of them.
+#: Properties that belong together, and the array VTK makes of them; the last names are those written.
 _GROUPS = (
     (("nx", "ny", "nz"), "Normals"),
+    (("diffuse_red", "diffuse_green", "diffuse_blue"), "RGB"),
     (("red", "green", "blue", "alpha"), "RGBA"),
     (("red", "green", "blue"), "RGB"),
+    (("s", "t"), "TCoords"),
+    (("texture_u", "texture_v"), "TCoords"),
 )
 
 Array = npt.NDArray[Any]
@@ -59,23 +68,25 @@ def _read_header(path: Path, head: bytes) -> tuple[str, list[_Element], int]:
     def broken(what: str) -> MeshFileError:
         return MeshFileError(f"{path.name} is no proper PLY file: {what}; export it again.")
 
-    if not head.startswith((b"ply\n", b"ply\r", b"ply ")):
+    if not re.match(rb"ply[ \t]*[\r\n]", head):
         raise MeshFileError(f"{path.name} does not begin with ply, so it is no PLY file; check its name.")
-    end = head.find(b"end_header")
-    start = head.find(b"\n", end) + 1
-    if end < 0 or start == 0:
+    last = re.search(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r)", head)
+    if not last:
         raise broken("its header has no end_header")
+    start = last.end()
+    if last[1] == b"\r\n" and re.match(rb"ply[ \t]*\r[^\n]", head):
+        start -= 1  # lines end with CR: the LF is the first value
     order: str | None = None
     elements: list[_Element] = []
-    for line in head[:end].decode("latin-1").splitlines()[1:]:
-        match line.split():
+    for line in head[: last.start()].splitlines()[1:]:
+        match decoded(line).split():
             case ["format", "ascii", _]:
                 order = ""
             case ["format", "binary_little_endian", _]:
                 order = "<"
             case ["format", "binary_big_endian", _]:
                 order = ">"
-            case ["element", name, count] if count.isdecimal():
+            case ["element", name, count] if re.fullmatch("[0-9]{1,18}", count):
                 elements.append(_Element(name, int(count)))
             case ["property", "list", count_type, item, name] if (
                 elements and item in _TYPES and _TYPES.get(count_type, "f")[0] != "f"
@@ -86,7 +97,7 @@ def _read_header(path: Path, head: bytes) -> tuple[str, list[_Element], int]:
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise broken(f"its header has the line {line[:60]!r}")
+                raise broken(f"its header has the line {quoted(line)}")
     if order is None:
         raise broken("its header has no known format line")
     return order, elements, start
@@ -222,8 +233,9 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     Returns
     -------
     Polygons
-        Points in the file's precision; every single-valued property of points and faces as an
-        array, normals and colours joined as ``Normals``, ``RGB`` or ``RGBA``.
+        Points in the file's precision; faces, strips as their triangles, edges as lines; every
+        single-valued property of points and faces as an array, normals, colours and texture coordinates
+        joined as ``Normals``, ``RGB`` or ``RGBA``, ``TCoords``. What edges and strips have no value of is 0.
     list of str
         What was left out, one sentence each.
 
@@ -233,51 +245,149 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
         The file is no PLY file, truncated, damaged, or has no points or faces.
     """
     with path.open("rb") as file:
-        order, elements, start = _read_header(path, file.read(_HEAD))
+        head = file.read(_HEAD)
+        mark = len(_MARK) if head.startswith(_MARK) else 0
+        order, elements, start = _read_header(path, head[mark:])
         # Every element takes a byte at least: what cannot be is refused before it is read.
         if sum(e.count for e in elements if e.properties) > path.stat().st_size:
             raise MeshFileError(
                 f"{path.name} announces more elements than it has bytes; it is truncated, export it again."
             )
-        file.seek(start)
-        raw: Array | None
-        raw = np.fromfile(file, dtype=np.uint8) if order else numbers(file.read())
-    if raw is None:
-        raise MeshFileError(f"{path.name} has something else than numbers after its header; export it again.")
+        file.seek(mark + start)
+        raw: Array
+        notes: list[str] = []
+        if order:
+            raw = np.fromfile(file, dtype=np.uint8)
+        else:
+            found = rows(file.read())
+            if found is None:
+                raise MeshFileError(
+                    f"{path.name} has something else than numbers after its header; export it again."
+                )
+            raw = found.values
+            notes += [f"{path.name}: decimal commas were taken for points."] * found.commas
     values = _Values(path, order, raw)
-    notes: list[str] = []
     tables: dict[str, dict[str, tuple[Array, Array]]] = {}
     kinds: dict[str, list[_Property]] = {}
     for element in elements:
         kinds[element.name] = element.properties
         tables[element.name] = values.table(element)
-    vertex, face = tables.get("vertex", {}), tables.get("face", {})
+    vertex, face, edge = (tables.get(name, {}) for name in ("vertex", "face", "edge"))
     corners = next((name for name in ("vertex_indices", "vertex_index") if name in face), None)
+    strips = tables.get("tristrips", {})
+    strip = next((name for name in ("vertex_indices", "vertex_index") if name in strips), None)
     if not {"x", "y", "z"} <= vertex.keys():
         raise MeshFileError(f"{path.name} has no points with x, y and z; export it as a surface mesh.")
-    if corners is None:
-        what = "triangle strips instead of faces" if "tristrips" in tables else "no faces"
-        raise MeshFileError(f"{path.name} has {what}; export it as a mesh of polygons.")
-    ignored = [
-        *(name for name in tables if name not in ("vertex", "face")),
-        *(p.name for p in kinds["vertex"] if p.count_type),
-        *(p.name for p in kinds["face"] if p.count_type and p.name != corners),
-    ]
-    if ignored:
-        notes.append(f"{path.name}: {', '.join(ignored)} left out (kept: points, faces, single values).")
+    if corners is None and strip is None:
+        raise MeshFileError(f"{path.name} has no faces; export it as a mesh of polygons.")
+    if not len(vertex["x"][1]):
+        raise MeshFileError(f"{path.name} has no points; export it as a surface mesh.")
     point_data = _arrays(vertex, kinds["vertex"])
     points = np.column_stack([point_data.pop(axis) for axis in "xyz"])
     if points.dtype not in (np.float32, np.float64):
         points = points.astype(np.float64)
-    sizes, connectivity = face[corners]
-    polygons = Polygons(
-        points, sizes, connectivity.astype(np.int64), point_data, _arrays(face, kinds["face"])
-    )
-    return polygons, notes
+    cell_data: dict[str, Array] = {}
+    sizes, connectivity = NONE
+    if corners is not None:
+        sizes, connectivity = face[corners][0], _indices(path, face[corners][1])
+        cell_data = _arrays(face, kinds["face"])
+    used: set[str | None] = {corners}
+    if corners is not None and _corner_textures(face, corners, len(points), connectivity, point_data):
+        used.add("texcoord")
+    if strip is not None:
+        triangles = _triangles(strips[strip][0], _indices(path, strips[strip][1]))
+        notes.append(f"{path.name}: triangle strips were taken as their {len(triangles)} triangles.")
+        sizes = np.concatenate((sizes, np.full(len(triangles), 3, np.int64)))
+        connectivity = np.concatenate((connectivity, triangles.ravel()))
+        cell_data = {name: _padded(array, 0, len(triangles)) for name, array in cell_data.items()}
+    lines = NONE
+    if {"vertex1", "vertex2"} <= edge.keys():
+        ends = np.column_stack([_indices(path, edge[name][1]) for name in ("vertex1", "vertex2")])
+        lines = np.full(len(ends), 2, np.int64), ends.ravel()
+        of_edges = _arrays(edge, [p for p in kinds["edge"] if p.name not in ("vertex1", "vertex2")])
+        cell_data = {
+            name: np.concatenate((of_edges[name], array))
+            if name in of_edges and of_edges[name].shape[1:] == array.shape[1:]
+            else _padded(array, len(ends), 0)
+            for name, array in cell_data.items()
+        }
+    ignored = [
+        *(
+            name
+            for name in tables
+            if name not in ("vertex", "face")
+            and not (name == "tristrips" and strip is not None)
+            and not (name == "edge" and len(lines[0]))
+        ),
+        *(p.name for p in kinds["vertex"] if p.count_type),
+        *(p.name for p in kinds.get("face", []) if p.count_type and p.name not in used),
+    ]
+    if ignored:
+        notes.append(f"{path.name}: {', '.join(ignored)} left out (kept: points, faces, single values).")
+    return Polygons(points, sizes, connectivity, point_data, cell_data, lines=lines), notes
 
 
-def _columns(data: dict[str, Array]) -> list[tuple[str, Array]]:
-    """Cut data arrays into named columns of types that PLY knows."""
+def _indices(path: Path, values: Array) -> npt.NDArray[np.int64]:
+    """Return point indices of any type as integers."""
+    if values.dtype.kind == "f" and not (np.abs(values) < 2**53).all():
+        raise MeshFileError(f"{path.name} is damaged: a point index is no number; export it again.")
+    whole = values.astype(np.int64)
+    if values.dtype.kind == "f" and (whole != values).any():
+        raise MeshFileError(f"{path.name} is damaged: a point index has a fraction; export it again.")
+    return whole
+
+
+def _padded(array: Array, before: int, behind: int) -> Array:
+    """Return an array with rows of 0 for cells that have no value of it."""
+    padded: Array = np.pad(array, [(before, behind), *[(0, 0)] * (array.ndim - 1)])
+    return padded
+
+
+def _corner_textures(
+    face: dict[str, tuple[Array, Array]],
+    corners: str,
+    n_points: int,
+    connectivity: Array,
+    point_data: dict[str, Array],
+) -> bool:
+    """Move texture coordinates from the faces' corners to the points; say whether that can be done."""
+    lengths, values = face.get("texcoord", NONE)
+    if (
+        not len(values)
+        or "TCoords" in point_data
+        or not np.array_equal(lengths, 2 * face[corners][0])
+        or connectivity.min() < 0
+        or connectivity.max() >= n_points
+    ):
+        return False
+    array = at_points(n_points, connectivity, values.reshape(-1, 2))
+    if array is not None:
+        point_data["TCoords"] = array
+    return array is not None
+
+
+def _triangles(lengths: Array, corners: Array) -> Array:
+    """Return the triangles of strips, (t, 3): a strip ends with its list, or before a -1."""
+    ends = np.cumsum(lengths)
+    number = np.repeat(np.arange(len(lengths)), lengths)
+    # A new strip begins with each list and behind each -1.
+    begins = np.concatenate(((ends - lengths)[lengths > 0], np.flatnonzero(corners == -1) + 1))
+    begin = np.zeros(len(corners) + 1, np.int64)
+    begin[begins] = begins
+    begin = np.maximum.accumulate(begin)[:-1]
+    at = np.arange(max(0, len(corners) - 2))
+    inside = (number[at] == number[at + 2]) & (begin[at] == begin[at + 2]) & (corners[at + 2] != -1)
+    at = at[inside & (corners[at] != -1)]
+    odd = (at - begin[at]) % 2
+    a, b, c = corners[at + odd], corners[at + 1 - odd], corners[at + 2]
+    triangles = np.column_stack((a, b, c))
+    # Those without an area only lead from one part of a strip to the next.
+    proper: Array = triangles[(a != b) & (b != c) & (c != a)]
+    return proper
+
+
+def _columns(data: dict[str, Array], roles: dict[str, str], taken: set[str]) -> list[tuple[str, Array]]:
+    """Cut data arrays into columns of types that PLY knows, with names of their own."""
     columns: list[tuple[str, Array]] = []
     groups = {joined: names for names, joined in _GROUPS}
     for name, array in data.items():
@@ -289,28 +399,43 @@ def _columns(data: dict[str, Array]) -> list[tuple[str, Array]]:
             table = table.astype(np.int32 if fits else np.float64)
         plain = "_".join(name.split()) or "unnamed"
         names = [plain] if table.shape[1] == 1 else [f"{plain}_{i}" for i in range(table.shape[1])]
-        if len(groups.get(name, ())) == table.shape[1]:
-            names = list(groups[name])
+        group: tuple[str, ...] = groups.get(roles.get(name, name), ())
+        if len(group) == table.shape[1] and group[0] not in taken:
+            names = list(group)
+        else:
+            while taken & set(names):
+                names = [f"{one}_" for one in names]
+        taken = taken | set(names)
         columns += zip(names, table.T, strict=True)
     return columns
 
 
-def write(file: IO[bytes], mesh: Polygons) -> None:
+def write(file: IO[bytes], mesh: Polygons) -> Kept:
     """Write a binary PLY file in the machine's byte order, points in their own precision.
 
-    Arrays with several components become one property each, ``name_0``, ``name_1``, …
+    Arrays with several components become one property each, ``name_0``, ``name_1``, … Lines are written as
+    their segments, in the element ``edge``.
     """
     order = sys.byteorder
+    kept = Kept(set(mesh.point_data), set(mesh.cell_data), set())
     header = [f"ply\nformat binary_{order}_endian 1.0\nelement vertex {len(mesh.points)}"]
-    vertex = [*zip("xyz", mesh.points.T, strict=True), *_columns(mesh.point_data)]
+    roles = {name: role for role, name in mesh.roles.items()}
+    vertex = [*zip("xyz", mesh.points.T, strict=True), *_columns(mesh.point_data, roles, set("xyz"))]
     vertex_type = np.dtype([(f"{i}", column.dtype) for i, (_, column) in enumerate(vertex)])
     header += [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in vertex]
-    face = _columns(mesh.cell_data)
+    mesh = mesh.without_verts()
+    n_lines = len(mesh.lines[0])
+    columns = _columns(mesh.cell_data, {}, {"vertex_indices", "vertex_index", "vertex1", "vertex2"})
+    properties = [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns]
+    face = [(name, column[n_lines:]) for name, column in columns]
     largest = int(mesh.sizes.max(initial=0))
     count_type = "u1" if largest < 256 else "i4"
     header.append(f"element face {len(mesh.sizes)}\nproperty list {_NAMES[count_type]} int vertex_indices")
-    header += [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in face]
-    file.write(("\n".join(header) + "\nend_header\n").encode("ascii", "replace"))
+    header += properties
+    line, ends = _segments(*mesh.lines)
+    if len(line):
+        header += [f"element edge {len(line)}", "property int vertex1", "property int vertex2", *properties]
+    file.write(("\n".join(header) + "\nend_header\n").encode())
     rows = np.empty(len(mesh.points), dtype=vertex_type)
     for i, (_, column) in enumerate(vertex):
         rows[f"{i}"] = column
@@ -328,3 +453,20 @@ def write(file: IO[bytes], mesh: Polygons) -> None:
         for i, (_, column) in enumerate(face):
             table[f"{i}"] = column[a:b]
         file.write(table.tobytes())
+    edge_type = [("ends", "i4", (2,)), *((f"{i}", column.dtype) for i, (_, column) in enumerate(columns))]
+    table = np.empty(len(line), dtype=edge_type)
+    table["ends"] = ends
+    for i, (_, column) in enumerate(columns):
+        table[f"{i}"] = column[:n_lines][line]
+    file.write(table.tobytes())
+    return kept
+
+
+def _segments(sizes: Array, corners: Array) -> tuple[Array, Array]:
+    """Return the segments of polylines, (k, 2), and the number of each one's line."""
+    ends = np.cumsum(sizes)
+    behind = np.ones(len(corners), bool)
+    behind[ends[sizes > 0] - 1] = False
+    at = np.flatnonzero(behind)
+    line = np.repeat(np.arange(len(sizes)), sizes)[at]
+    return line, np.column_stack((corners[at], corners[np.minimum(at + 1, len(corners) - 1)]))

@@ -6,21 +6,32 @@ import os
 import stat
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
+from vtkmodules.vtkCommonCore import vtkStringArray
 
 from ..errors import MeshFileError
-from ..filters.arrays import cells_of, point_array_names
-from . import off, ply, vtk_formats
+from ..filters.arrays import vtk_array, vtk_cells, vtk_points
+from . import obj, off, ply, stl, vtk_formats
 from .damage import check_indices
 from .polygons import Polygons
-from .signatures import OF_VTK, stl_triangles, wrong_signature
+from .signatures import OF_VTK, wrong_signature
 
 _HEAD = 1 << 16
 
+#: The formats that are read here, and not by VTK.
+_POLYGONS: dict[str, Callable[[Path], tuple[Polygons, list[str]]]] = {
+    ".obj": obj.read,
+    ".off": off.read,
+    ".ply": ply.read,
+    ".stl": stl.read,
+}
+
 #: The formats that can be read, by extension.
-READABLE = (*sorted([*OF_VTK, ".off", ".ply"]),)
+READABLE = (*sorted([*OF_VTK, *_POLYGONS]),)
 
 
 def read_surface(
@@ -40,9 +51,8 @@ def read_surface(
     pyvista.PolyData
         The surface, with all of its data arrays and in the precision of the file.
     list of str
-        What was done to the file's content, one sentence each: STL's points merged, points that an
-        OBJ file's texture indices had split merged again, the outer surface of a grid taken, the
-        blocks of a composite file combined.
+        What was done to the file's content, one sentence each: STL's points merged, the outer surface of
+        a grid taken, the blocks of a composite file combined, arrays left out.
 
     Raises
     ------
@@ -104,96 +114,58 @@ def _read(path: Path, cancelled: Callable[[], bool]) -> tuple[pv.PolyData, list[
         raise MeshFileError(f"{path} is empty; export it again.")
 
     notes: list[str] = []
-    if extension in (".off", ".ply"):
-        polygons, notes = (off.read(path), notes) if extension == ".off" else ply.read(path)
+    if extension in _POLYGONS:
+        polygons, notes = _POLYGONS[extension](path)
         mesh = _polydata(path, polygons, notes)
     else:
         wrong = wrong_signature(extension, head, status.st_size)
         if wrong:
             raise MeshFileError(f"{path} {wrong}.")
         mesh, notes = vtk_formats.read(path, extension, cancelled)
-    if extension == ".obj":
-        mesh = _merge_split_points(path, mesh, notes)
-    elif extension == ".stl":
-        _note_merged(path, mesh, head, status.st_size, notes)
     if mesh.GetNumberOfPolys() + mesh.GetNumberOfStrips() == 0:
-        raise MeshFileError(f"{path} holds {mesh.n_points} points but no faces; export it as a surface mesh.")
+        raise MeshFileError(f"{path} holds {mesh.n_points} points and no faces; export it as a surface mesh.")
     return mesh, notes
 
 
-def _polydata(path: Path, polygons: Polygons, notes: list[str]) -> pv.PolyData:
-    check_indices(path, polygons.connectivity, len(polygons.points))
-    sizes, connectivity, cell_data = polygons.sizes, polygons.connectivity, polygons.cell_data
-    small = sizes < 3
-    if small.any():
-        connectivity = connectivity[np.repeat(~small, sizes)]
-        sizes, cell_data = sizes[~small], {name: array[~small] for name, array in cell_data.items()}
-        notes.append(f"{path.name}: {int(small.sum())} faces with less than three corners were left out.")
-    # VTK's layout: the size of each face before its corners.
-    starts = np.cumsum(sizes) - sizes
-    mesh = (
-        pv.PolyData(polygons.points, np.insert(connectivity, starts, sizes)) if len(sizes) else pv.PolyData()
-    )
-    if not len(sizes):
-        mesh.points = polygons.points
-    mesh.point_data.update(polygons.point_data)
-    mesh.cell_data.update(cell_data)
-    return mesh
+def _polydata(path: Path, mesh: Polygons, notes: list[str]) -> pv.PolyData:
+    for _, corners in (mesh.verts, mesh.lines, (mesh.sizes, mesh.connectivity)):
+        check_indices(path, corners, len(mesh.points))
+    kinds = [(mesh.verts, 1), (mesh.lines, 2), ((mesh.sizes, mesh.connectivity), 3)]
+    whole = np.concatenate([sizes >= least for (sizes, _), least in kinds])
+    if not whole.all():
+        notes.append(
+            f"{path.name}: {int((~whole).sum())} faces with less than three corners were left out."
+            if len(whole) == len(mesh.sizes)
+            else f"{path.name}: {int((~whole).sum())} faces and lines with too few corners were left out."
+        )
+    result = pv.PolyData()
+    result.SetPoints(vtk_points(mesh.points))
+    for ((sizes, corners), least), put in zip(
+        kinds, (result.SetVerts, result.SetLines, result.SetPolys), strict=True
+    ):
+        kept = sizes >= least
+        if kept.any():
+            offsets = np.concatenate(([0], np.cumsum(sizes[kept])))
+            put(vtk_cells(offsets, corners if kept.all() else corners[np.repeat(kept, sizes)]))
+    for data, arrays, chosen in (
+        (result.GetPointData(), mesh.point_data, slice(None)),
+        (result.GetCellData(), mesh.cell_data, slice(None) if whole.all() else whole),
+        (result.GetFieldData(), mesh.field_data, slice(None)),
+    ):
+        for name, array in arrays.items():
+            data.AddArray(_array(array[chosen], name))
+    for role in ("Normals", "TCoords"):
+        values = mesh.point_data.get(role)
+        if values is not None and values.dtype.kind == "f" and values.ndim == 2:
+            getattr(result.GetPointData(), f"SetActive{role}")(role)
+    return result
 
 
-def _note_merged(path: Path, mesh: pv.PolyData, head: bytes, size: int, notes: list[str]) -> None:
-    triangles = stl_triangles(head, size)
-    if triangles is None:
-        last = b""
-        triangles = 0
-        with path.open("rb") as file:
-            for line in file:
-                word = line.lstrip()[:8].lower()
-                triangles += word.startswith(b"facet")
-                last = word or last
-        if not last.startswith(b"endsolid"):
-            raise MeshFileError(f"{path} does not end with endsolid; it is truncated, export it again.")
-    dropped = triangles - mesh.n_cells
-    notes.append(
-        f"{path.name}: STL has no shared points; equal ones were merged ({3 * triangles} to {mesh.n_points})"
-        + (f", and {dropped} triangles with two equal corners left out." if dropped > 0 else ".")
-    )
-
-
-def _merge_split_points(path: Path, mesh: pv.PolyData, notes: list[str]) -> pv.PolyData:
-    """Undo what VTK's OBJ reader does to points with several texture or normal indices.
-
-    It repeats such a point for each of them, which tears the surface open there.
-    """
-    with path.open("rb") as file:
-        listed = sum(line.lstrip()[:2] in (b"v ", b"v\t") for line in file)
-    if mesh.n_points <= listed:
-        return mesh
-    points = mesh.points
-    order = np.lexsort(points.T)
-    ahead = points[order]
-    new = np.concatenate(([True], (ahead[1:] != ahead[:-1]).any(axis=1)))
-    # lexsort is stable: the first of each group is the first in the file, and names the group.
-    first = order[new]
-    group = np.empty(len(points), dtype=np.int64)
-    group[order] = np.cumsum(new) - 1
-    by_file = np.argsort(first)
-    number = np.empty(len(first), dtype=np.int64)
-    number[by_file] = np.arange(len(first))
-    target = number[group]
-    merged = pv.PolyData()
-    merged.points = points[first[by_file]]
-    for get, put in (("GetVerts", "SetVerts"), ("GetLines", "SetLines"), ("GetPolys", "SetPolys")):
-        cells = getattr(mesh, get)()
-        if cells.GetNumberOfCells():
-            offsets, corners = cells_of(cells)
-            getattr(merged, put)(pv.CellArray.from_arrays(offsets, target[corners]))
-    merged.GetCellData().ShallowCopy(mesh.GetCellData())
-    merged.GetFieldData().ShallowCopy(mesh.GetFieldData())
-    lost = [name or "texture coordinates" for name in point_array_names(mesh)]
-    notes.append(
-        f"{path.name}: points that the reader had split at texture or normal seams were merged again "
-        f"({mesh.n_points} to {merged.n_points})"
-        + (f"; {', '.join(lost)} left out, as they differ across seams." if lost else ".")
-    )
-    return merged
+def _array(values: npt.NDArray[Any], name: str) -> Any:
+    if values.dtype.kind != "O":
+        return vtk_array(values, name)
+    array = vtkStringArray()
+    array.SetName(name)
+    for value in values:
+        array.InsertNextValue(value)
+    return array

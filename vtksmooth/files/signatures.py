@@ -8,13 +8,7 @@ import re
 XML = (".vtp", ".vtu", ".vts", ".vtr", ".vti", ".vtm", ".vtmb", ".pvtu")
 
 #: The formats that readers of VTK read, by extension.
-OF_VTK = (".vtk", ".vtkhdf", *XML, ".glb", ".gltf", ".obj", ".stl")
-
-#: Keywords that lines of an OBJ file may begin with.
-_OBJ_KEYWORDS = re.compile(
-    rb"(v|vt|vn|vp|f|fo|l|p|g|s|o|mg|usemtl|usemap|mtllib|maplib|cstype|deg|curv|curv2|surf|bevel|c_interp"
-    rb"|d_interp|lod|shadow_obj|trace_obj)(\s|$)"
-)
+OF_VTK = (".vtk", ".vtkhdf", *XML, ".glb", ".gltf")
 
 
 def wrong_signature(extension: str, head: bytes, size: int) -> str | None:
@@ -40,43 +34,6 @@ def wrong_signature(extension: str, head: bytes, size: int) -> str | None:
     elif extension == ".glb":
         if not head.startswith(b"glTF"):
             return "is not a binary glTF file, as its extension says; check its name"
-    elif extension == ".gltf":
-        if not start.startswith(b"{"):
-            return "is not a glTF file, as its extension says; check its name"
-    elif extension == ".obj":
-        lines = (line.strip() for line in head.split(b"\n"))
-        first = next((line for line in lines if line and not line.startswith(b"#")), b"v")
-        if b"\0" in head or not _OBJ_KEYWORDS.match(first):
-            return "is not an OBJ file, as its extension says; check its name"
-    elif extension == ".stl":
-        return _wrong_stl(head, size)
-    return None
-
-
-def stl_triangles(head: bytes, size: int) -> int | None:
-    """Return the number of triangles of a binary STL file, None of a text file.
-
-    Some binary files begin with "solid", too; their size gives them away.
-    """
-    count = int.from_bytes(head[80:84], "little")
-    if head.lstrip()[:5].lower() == b"solid" and size != 84 + 50 * count:
-        return None
-    return count
-
-
-def _wrong_stl(head: bytes, size: int) -> str | None:
-    count = stl_triangles(head, size)
-    if count is None:
-        if b"\0" in head or not re.search(rb"(?i)\bfacet\b|\bendsolid\b", head):
-            return "is not an STL file, as its extension says; check its name"
-    elif size < 84 + 50 * count or len(head) < 84:
-        return (
-            f"is not an STL file, or truncated (it announces {count} triangles in {size} bytes); "
-            "check its name, or export it again"
-        )
-    elif size != 84 + 50 * count:
-        return (
-            f"is not an STL file (it announces {count} triangles and goes on for "
-            f"{size - 84 - 50 * count} bytes after them); check its name, or export it again"
-        )
+    elif extension == ".gltf" and not start.startswith(b"{"):
+        return "is not a glTF file, as its extension says; check its name"
     return None

@@ -18,8 +18,6 @@ from .vtk_hdf import for_hdf
 
 #: The writers of VTK that are used, by extension: module and class.
 WRITERS = {
-    ".obj": ("vtkIOGeometry", "vtkOBJWriter"),
-    ".stl": ("vtkIOGeometry", "vtkSTLWriter"),
     ".vtk": ("vtkIOLegacy", "vtkPolyDataWriter"),
     ".vtkhdf": ("vtkIOHDF", "vtkHDFWriter"),
     ".vtp": ("vtkIOXML", "vtkXMLPolyDataWriter"),
@@ -27,7 +25,7 @@ WRITERS = {
 }
 
 #: Writers that report success on a full disk: what they wrote is read again.
-_VERIFIED = (".obj", ".vtkhdf")
+_VERIFIED = (".vtkhdf",)
 
 
 def read(

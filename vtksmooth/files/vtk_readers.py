@@ -19,9 +19,7 @@ from .surfaces import surface_of
 READERS = {
     ".glb": ("vtkIOGeometry", "vtkGLTFReader"),
     ".gltf": ("vtkIOGeometry", "vtkGLTFReader"),
-    ".obj": ("vtkIOGeometry", "vtkOBJReader"),
     ".pvtu": ("vtkIOXML", "vtkXMLPUnstructuredGridReader"),
-    ".stl": ("vtkIOGeometry", "vtkSTLReader"),
     ".vti": ("vtkIOXML", "vtkXMLImageDataReader"),
     ".vtk": ("vtkIOLegacy", "vtkDataSetReader"),
     ".vtkhdf": ("vtkIOHDF", "vtkHDFReader"),

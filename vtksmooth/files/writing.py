@@ -14,17 +14,29 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import MeshFileError
-from ..filters.arrays import cells_of, points_of
-from . import off, ply, vtk_formats
-from .polygons import Polygons
+from ..filters.arrays import cells_of, name_of, points_of, strip_triangles
+from . import names, obj, off, ply, stl, vtk_formats
+from .polygons import Kept, Polygons
+
+#: The formats that are written here, and not by VTK.
+_WRITE_POLYGONS: dict[str, Callable[[IO[bytes], Polygons], Kept]] = {
+    ".obj": obj.write,
+    ".off": off.write,
+    ".ply": ply.write,
+    ".stl": stl.write,
+}
+
+#: Those of them that hold faces only.
+_FACES_ONLY = (".off", ".stl")
 
 #: The formats that can be written, by extension.
-WRITABLE = (*sorted([*vtk_formats.WRITERS, ".off", ".ply"]),)
+WRITABLE = (*sorted([*vtk_formats.WRITERS, *_WRITE_POLYGONS]),)
 
 #: Those of them that hold polylines.
-HOLDING_LINES = tuple(extension for extension in WRITABLE if extension not in (".off", ".ply", ".stl"))
+HOLDING_LINES = tuple(extension for extension in WRITABLE if extension not in (*_FACES_ONLY, ".ply"))
 
 _unfinished: set[Path] = set()
 
@@ -121,16 +133,17 @@ def write_surface(mesh: vtkPolyData, path: str | os.PathLike[str]) -> list[str]:
     Returns
     -------
     list of str
-        What the format cannot hold: arrays, double precision, faces with more than three corners.
+        What the format cannot hold: arrays, double precision, lines, faces with more than three corners.
 
     Raises
     ------
     MeshFileError
-        See :func:`check_writable`; or the disk is full or failed.
+        See :func:`check_writable`; the format holds none of the mesh's cells; or the disk is full or failed.
     """
     path = Path(path).expanduser()
     check_writable(path)
-    surface = mesh if isinstance(mesh, pv.PolyData) else pv.wrap(mesh)
+    surface = names.decoded(mesh)
+    surface = surface if isinstance(surface, pv.PolyData) else pv.wrap(surface)
     with atomic(path) as temporary:
         notes = _write(surface, temporary, path.name)
     return notes
@@ -181,81 +194,113 @@ def _mode(target: Path) -> int:
 
 def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
     extension = temporary.suffix.lower()
-    notes = _losses(mesh, extension, name)
-    if extension in (".off", ".ply"):
-        polygons = _polygons(mesh)
-        with temporary.open("wb") as file:
-            _WRITE_POLYGONS[extension](file, polygons)
-    else:
-        notes += vtk_formats.write(mesh, temporary, name)
-    return notes
+    if extension not in _WRITE_POLYGONS:
+        return vtk_formats.write(mesh, temporary, name)
+    format_name = extension[1:].upper()
+    others = _count(mesh.n_lines, "lines") + _count(mesh.n_verts, "vertex cells")
+    notes = []
+    if extension in _FACES_ONLY and others:
+        if mesh.n_cells == mesh.n_lines + mesh.n_verts:
+            raise MeshFileError(
+                f"cannot write {name}: {format_name} holds faces only, and the mesh has "
+                f"{' and '.join(others)} but no faces; use .obj or .vtp."
+            )
+        notes.append(f"{name}: {format_name} holds faces only; {' and '.join(others)} were left out.")
+    polygons = _polygons(mesh)
+    if extension in _FACES_ONLY:
+        polygons = polygons.only_faces()
+    if extension == ".ply":
+        if mesh.n_verts:
+            notes.append(f"{name}: PLY holds points without cells; {others[-1]} of them were left out.")
+        if (polygons.lines[0] > 2).any():
+            notes.append(f"{name}: PLY holds edges; longer lines were written as their segments.")
+    if extension == ".stl":
+        if mesh.points.dtype != np.float32:
+            notes.append(f"{name}: STL keeps single precision only; the points were rounded.")
+        if (polygons.sizes != 3).any():
+            notes.append(f"{name}: STL holds triangles only; larger faces were split.")
+            polygons = _polygons(_triangulated(mesh))
+    if mesh.n_strips:
+        notes.append(f"{name}: triangle strips were written as their triangles.")
+    with temporary.open("wb") as file:
+        kept = _WRITE_POLYGONS[extension](file, polygons)
+    return _lost_arrays(mesh, kept, name, format_name) + notes
+
+
+def _count(number: int, what: str) -> list[str]:
+    return [f"{number} {what}"] * bool(number)
+
+
+def _triangulated(mesh: pv.PolyData) -> pv.PolyData:
+    """Return the faces of a mesh as triangles, with its arrays."""
+    split = vtkTriangleFilter()
+    split.PassVertsOff()
+    split.PassLinesOff()
+    split.SetInputDataObject(mesh)
+    split.Update()
+    return pv.wrap(split.GetOutput())
 
 
 def _polygons(mesh: pv.PolyData) -> Polygons:
-    offsets, corners = cells_of(mesh.GetPolys())
-    before = mesh.n_verts + mesh.n_lines
-    inside = slice(before, before + len(offsets) - 1)
-    return Polygons(
-        points_of(mesh),
-        np.diff(offsets).astype(np.int64),
-        corners.astype(np.int64, copy=False),
-        _numeric(mesh.point_data),
-        {name: array[inside] for name, array in _numeric(mesh.cell_data).items()},
+    """Return the cells and arrays of a mesh; the triangles of strips come behind the other faces."""
+    points = points_of(mesh)
+    kinds = [cells_of(cells) for cells in (mesh.GetVerts(), mesh.GetLines(), mesh.GetPolys())]
+    verts, lines, faces = (
+        (np.diff(offsets).astype(np.int64), corners.astype(np.int64, copy=False))
+        for offsets, corners in kinds
     )
+    chosen = None
+    if mesh.n_strips:
+        triangles, strips = strip_triangles(*cells_of(mesh.GetStrips()))
+        before = mesh.n_cells - mesh.n_strips
+        chosen = np.concatenate((np.arange(before), before + strips))
+        faces = (
+            np.concatenate((faces[0], np.full(len(triangles), 3, np.int64))),
+            np.concatenate((faces[1], triangles.ravel().astype(np.int64))),
+        )
+    cell_data = _numeric(mesh.cell_data)
+    if chosen is not None:
+        cell_data = {name: array[chosen] for name, array in cell_data.items()}
+    point_data = _numeric(mesh.point_data)
+    active = {"Normals": mesh.GetPointData().GetNormals(), "TCoords": mesh.GetPointData().GetTCoords()}
+    roles = {role: name_of(array) for role, array in active.items() if array is not None}
+    fields = {name: np.asarray(array) for name, array in mesh.field_data.items() if name}
+    return Polygons(points, *faces, point_data, cell_data, verts, lines, fields, roles)
 
 
 def _numeric(data: pv.DataSetAttributes) -> dict[str, npt.NDArray[Any]]:
     return {name: np.asarray(array) for name, array in data.items() if name and array.dtype.kind in "biuf"}
 
 
-def _write_off(file: IO[bytes], polygons: Polygons) -> None:
-    off.write(file, polygons.points, polygons.sizes, polygons.connectivity)
-
-
-_WRITE_POLYGONS: dict[str, Callable[[IO[bytes], Polygons], None]] = {
-    ".off": _write_off,
-    ".ply": ply.write,
-}
-
-
-def _losses(mesh: pv.PolyData, extension: str, name: str) -> list[str]:
-    """Say what the format does not keep."""
-    notes = []
-    point, cell, fields = (
-        [name or "(unnamed)" for name in data.keys()]  # noqa: SIM118 (iterating skips no unnamed ones)
-        for data in (mesh.point_data, mesh.cell_data, mesh.field_data)
-    )
+def _lost_arrays(mesh: pv.PolyData, kept: Kept, name: str, format_name: str) -> list[str]:
+    """Say which arrays the format does not keep, and which it keeps in pieces."""
     # What a run reports about itself is told to the user anyway.
-    fields = [name for name in fields if not name.startswith("Smoothing")]
-    lost = {
-        ".obj": [n for n in point if n not in ("Normals", "TCoords")] + cell + fields,
-        ".off": point + cell + fields,
-        ".ply": [
-            *(
-                n
-                for n, a in [*mesh.point_data.items(), *mesh.cell_data.items()]
-                if a.dtype.kind not in "biuf"
-            ),
-            *fields,
-        ],
-        ".stl": point + cell + fields,
-    }.get(extension, [])
-    format_name = extension[1:].upper()
-    if lost:
-        notes.append(f"{name}: {format_name} does not keep the arrays {', '.join(lost)}.")
-    if extension == ".ply":
+    told = {array for array in mesh.field_data.keys() if array.startswith("Smoothing")}  # noqa: SIM118
+    lost = [
+        array or "(unnamed)"
+        for data, names in (
+            (mesh.point_data, kept.point_data),
+            (mesh.cell_data, kept.cell_data),
+            (mesh.field_data, kept.field_data | told),
+        )
+        for array in data.keys()  # noqa: SIM118 (iterating skips no unnamed ones)
+        if array not in names
+    ]
+    notes = [f"{name}: {format_name} does not keep the arrays {', '.join(lost)}."] if lost else []
+    if format_name == "PLY":
+        roles = (mesh.GetPointData().GetNormals(), mesh.GetPointData().GetTCoords())
+        whole = {
+            "Normals",
+            "RGB",
+            "RGBA",
+            "TCoords",
+            *(name_of(array) for array in roles if array is not None),
+        }
         split = [
             n
             for n, a in [*mesh.point_data.items(), *mesh.cell_data.items()]
-            if a.ndim > 1 and a.shape[1] > 1 and n not in ("Normals", "RGB", "RGBA")
+            if a.ndim > 1 and a.shape[1] > 1 and n not in whole
         ]
         if split:
             notes.append(f"{name}: PLY keeps arrays with several components as one each: {', '.join(split)}.")
-    if extension == ".stl":
-        if mesh.points.dtype != np.float32:
-            notes.append(f"{name}: STL keeps single precision only; the points were rounded.")
-        if not mesh.is_all_triangles:
-            notes.append(f"{name}: STL holds triangles only; larger faces were split.")
-    if extension in (".off", ".ply", ".stl", ".obj") and mesh.n_verts + mesh.n_lines + mesh.n_strips:
-        notes.append(f"{name}: only the polygons were written, not verts, lines and strips.")
     return notes

@@ -76,7 +76,7 @@ def surface_of(polydata: Any) -> Surface:
     before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()
     cells = before + np.arange(len(offsets) - 1, dtype=np.int64)
     if polydata.GetNumberOfStrips():
-        triangles, strips = _strip_triangles(*cells_of(polydata.GetStrips()))
+        triangles, strips = strip_triangles(*cells_of(polydata.GetStrips()))
         start = int(offsets[-1])
         more = start + 3 * np.arange(1, len(triangles) + 1, dtype=np.int64)
         offsets = np.concatenate((offsets, more))
@@ -87,7 +87,8 @@ def surface_of(polydata: Any) -> Surface:
     )
 
 
-def _strip_triangles(offsets: Int, corners: Int) -> tuple[Int, npt.NDArray[np.int64]]:
+def strip_triangles(offsets: Int, corners: Int) -> tuple[Int, npt.NDArray[np.int64]]:
+    """Return the triangles of strips, (t, 3), and the number of each one's strip."""
     # A strip p0 p1 p2 p3 ... is (p0 p1 p2), (p2 p1 p3), (p2 p3 p4), ...: every second one turned.
     triangles = []
     strips = []
@@ -192,7 +193,9 @@ def vectors_at_points(polydata: Any, name: str) -> npt.NDArray[np.float64]:
     kind = next((kind for kind, data in homes.items() if data.GetArray(name) is not None), None)
     if kind is None:
         names = {
-            str(data.GetArrayName(i)) for data in homes.values() for i in range(data.GetNumberOfArrays())
+            name_of(data.GetAbstractArray(i)) or "(unnamed)"
+            for data in homes.values()
+            for i in range(data.GetNumberOfArrays())
         }
         raise ParameterError(
             f"There is no array {name!r} on the points or cells; the mesh has: "
@@ -237,7 +240,13 @@ def edge_array(polydata: Any, name: str) -> npt.NDArray[Any] | None:
     return pairs
 
 
+def name_of(array: Any) -> str:
+    """Return the name of a VTK array; old files have names in Latin-1, which VTK gives as bytes."""
+    name = array.GetName()
+    return name.decode("latin-1") if isinstance(name, bytes) else name or ""
+
+
 def point_array_names(polydata: Any) -> list[str]:
     """Return the names of the point arrays; empty where one has none."""
     data = polydata.GetPointData()
-    return [data.GetArrayName(i) or "" for i in range(data.GetNumberOfArrays())]
+    return [name_of(data.GetAbstractArray(i)) for i in range(data.GetNumberOfArrays())]

@@ -1,0 +1,361 @@
+"""The OBJ file format: lines of points, texture coordinates and normals, and of elements that refer to them.
+
+VTK's own reader trusts the indices of a file, refuses much of what other programs write, and repeats points
+that have several texture coordinates or normals; its writer loses cells. Reference: Wavefront, "Object Files
+(.obj)", appendix B1 of the Advanced Visualizer's manual.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshFileError
+from .polygons import NONE, Kept, Polygons, at_points, colours, numbered, parts
+from .text import (
+    Ints,
+    Lines,
+    Rows,
+    decoded,
+    first_bad_line,
+    numbers,
+    quoted,
+    rows,
+    unified,
+    without_comments,
+    write_cells,
+    write_table,
+)
+
+#: Statements that have no effect on the mesh.
+_IGNORED = (
+    *(b"s", b"mg", b"usemap", b"maplib", b"bevel", b"c_interp", b"d_interp", b"lod", b"shadow_obj"),
+    *(b"trace_obj", b"vp", b"end"),
+    # Parts of curves and surfaces in free form.
+    *(b"cstype", b"deg", b"bmat", b"step", b"parm", b"trim", b"hole", b"scrv", b"sp", b"con", b"ctech"),
+    b"stech",
+)
+
+#: Curves and surfaces in free form, which are no polygons.
+_FREE_FORM = (b"curv", b"curv2", b"surf")
+
+#: Statements that name the part to which the elements after them belong, and what the part is called.
+_PARTS = ((b"usemtl", "Material"), (b"g", "Group"), (b"o", "Object"))
+
+#: A line may go on behind a backslash; names and comments may end with one.
+_CONTINUED = re.compile(rb"(?m)^[ \t]*(?:v[tn]?|fo?|l|p)[ \t][^\n#\\]*(?:\\[ \t]*\n[^\n#\\]*)+")
+
+
+class _Corners(NamedTuple):
+    """The elements of one kind: the lines that they stand on, their sizes, and the indices of each corner."""
+
+    lines: Ints
+    sizes: Ints
+    points: Ints
+    textures: Ints
+    normals: Ints
+
+
+def read(path: Path) -> tuple[Polygons, list[str]]:
+    """Read an OBJ file.
+
+    Returns
+    -------
+    Polygons
+        All points in the order of the file; points, lines and faces as cells. Materials, groups and objects
+        become the cell arrays ``MaterialIds``, ``GroupIds`` and ``ObjectIds``, with their names in the field
+        arrays ``MaterialNames``, … Colours of points become ``RGB``; texture coordinates and normals become
+        ``TCoords`` and ``Normals`` where each point has one.
+    list of str
+        What was left out, one sentence each.
+
+    Raises
+    ------
+    MeshFileError
+        The file is no OBJ file, or is damaged.
+    """
+    name = path.name
+    with path.open("rb") as file:
+        head = file.read(1 << 16)
+        if b"\0" in head:
+            raise MeshFileError(f"{path} is not an OBJ file, as its extension says; check its name.")
+        text = unified(head + file.read())
+    if b"\\" in text:
+        text = _CONTINUED.sub(lambda line: line[0].replace(b"\\", b" ").replace(b"\n", b" "), text)
+    lines = Lines(text)
+    if len(lines.beginning(b"fo")):  # an old word for f
+        lines = Lines(re.sub(rb"(?m)^fo(?=\s)", b"f", lines.text))
+    at = {word: lines.beginning(word) for word in (b"v", b"vt", b"vn", b"p", b"l", b"f")}
+    if not len(at[b"v"]):
+        raise MeshFileError(
+            f"{path} is not an OBJ file, as its extension says (it has no points); check its name."
+        )
+    notes: list[str] = []
+    defined = (at[b"v"], at[b"vt"], at[b"vn"])
+    verts, segments, polygons = (_elements(name, lines, at[word], defined) for word in (b"p", b"l", b"f"))
+    points, point_data = _points(name, lines, at[b"v"], notes)
+    for skip, key, role, what in (
+        (b"vt", polygons.textures, "TCoords", "texture coordinates"),
+        (b"vn", polygons.normals, "Normals", "normals"),
+    ):
+        if len(at[skip]):
+            array = _attribute(name, lines, at[skip], key, polygons.points, len(points), what, notes)
+            if array is not None:
+                point_data[role] = array
+    cell_data, field_data = _parts(lines, np.concatenate((verts.lines, segments.lines, polygons.lines)))
+    _say_ignored(name, lines, at, notes)
+    return (
+        Polygons(
+            points,
+            polygons.sizes,
+            polygons.points,
+            point_data,
+            cell_data,
+            (verts.sizes, verts.points),
+            (segments.sizes, segments.points),
+            field_data,
+        ),
+        notes,
+    )
+
+
+def _table(name: str, lines: Lines, which: Ints, skip: int, least: int, what: str) -> Rows:
+    """Parse the numbers of all lines of one kind, which must have at least so many."""
+    text = without_comments(lines.after(which, skip))
+    table = rows(text)
+    if table is None:
+        number, line = first_bad_line(text)
+        raise MeshFileError(
+            f"{name}: the line of {what} {number + 1} ({quoted(line)}) holds something else than numbers; "
+            "export the file again."
+        )
+    if len(which) and table.counts.min() < least:
+        number = int(np.argmax(table.counts < least))
+        raise MeshFileError(
+            f"{name}: the line of {what} {number + 1} has {table.counts[number]} numbers instead of {least}; "
+            "export the file again."
+        )
+    return table
+
+
+def _points(
+    name: str, lines: Lines, which: Ints, notes: list[str]
+) -> tuple[npt.NDArray[np.float64], dict[str, npt.NDArray[Any]]]:
+    table = _table(name, lines, which, 1, 3, "point")
+    if table.commas:
+        notes.append(f"{name}: decimal commas were taken for points.")
+    points = np.ascontiguousarray(table.columns(3))
+    least, most = int(table.counts.min()), int(table.counts.max())
+    if most == 3:
+        return points, {}
+    lost = []
+    found: dict[str, npt.NDArray[Any]] = {}
+    if least >= 6:
+        more = table.columns(min(least, 7))[:, 3:]
+        # Behind a weight of 1, or before a transparency.
+        values = more[:, 1:] if more.shape[1] == 4 and (more[:, 0] == 1).all() else more
+        array = colours(values)
+        if array is not None:
+            found["RGB" if array.shape[1] == 3 else "RGBA"] = array
+        else:
+            lost.append("colours of points, which are not from 0 to 1")
+    elif most >= 6:
+        lost.append("colours of points, as not all have one")
+    elif (table.columns(4)[table.counts > 3, 3] != 1).any():
+        lost.append("weights of points")
+    if lost:
+        notes.append(f"{name}: {', '.join(lost)} left out.")
+    return points, found
+
+
+def _elements(name: str, lines: Lines, which: Ints, defined: tuple[Ints, Ints, Ints]) -> _Corners:
+    """Read all elements of one kind: corners of one to three indices, as in 1, 1/2, 1//3 and 1/2/3."""
+    if not len(which):
+        return _Corners(which, *NONE, *NONE)
+    text = without_comments(lines.after(which, 1))
+    codes = np.frombuffer(text, np.uint8)
+    slash = codes == ord("/")
+    blank = codes <= 32
+    corners = np.flatnonzero(~blank & np.concatenate(([True], blank[:-1])))
+    sizes = np.diff(np.searchsorted(corners, np.flatnonzero(codes == ord("\n"))), prepend=0)
+    values = numbers(text.replace(b"/", b" "))
+    if values is None or not (np.abs(values) < 2**53).all() or (values != np.round(values)).any():
+        raise _bad_element(name, text)
+    indices = np.zeros((3, len(corners)), np.int64)
+    given = len(values)
+    if not slash.any():
+        indices[0] = values
+    else:
+        between = blank | slash
+        begins = np.flatnonzero(~between & np.concatenate(([True], between[:-1])))
+        corner = np.searchsorted(corners, begins, "right") - 1
+        slashes = np.cumsum(slash, dtype=np.int32)
+        place = slashes[begins] - slashes[corners[corner]] + slash[corners[corner]]
+        given = int((place == 0).sum())
+        for i in range(3):
+            indices[i, corner[place == i]] = values[place == i]
+    if given < len(corners):
+        raise _bad_element(name, text)
+    for i, kind in enumerate(defined):
+        negative = indices[i] < 0
+        if negative.any():
+            # Counted back from the element's own line; what reaches too far back stays negative.
+            there = np.repeat(np.searchsorted(kind, which), sizes)[negative]
+            back = there + indices[i, negative] + 1
+            indices[i, negative] = np.where(back > 0, back, indices[i, negative])
+    wrong = (indices[0] < 1) | (indices[0] > len(defined[0]))
+    if wrong.any():
+        raise MeshFileError(
+            f"{name} is damaged: an element refers to point {indices[0, wrong][0]}, but the points are "
+            f"numbered 1 to {len(defined[0])}; export it again."
+        )
+    return _Corners(which, sizes, *(indices - 1))
+
+
+def _bad_element(name: str, text: bytes) -> MeshFileError:
+    for line in text.split(b"\n"):
+        if not all(re.fullmatch(rb"[-+]?\d{1,15}(/([-+]?\d{1,15})?)*", word) for word in line.split()):
+            break
+    return MeshFileError(
+        f"{name}: the line of an element ({quoted(line)}) holds something else than point numbers; "
+        "export the file again."
+    )
+
+
+def _attribute(
+    name: str,
+    lines: Lines,
+    which: Ints,
+    indices: Ints,
+    corners: Ints,
+    n_points: int,
+    what: str,
+    notes: list[str],
+) -> npt.NDArray[np.float32] | None:
+    """Return texture coordinates or normals at points; None, with a note, where that cannot be."""
+    if not len(indices) or (indices == -1).all():
+        # No element refers to them; some programs write one for each point, all the same.
+        if len(which) != n_points:
+            notes.append(f"{name}: {what} left out, as no face refers to them.")
+            return None
+        indices, corners = np.arange(n_points), np.arange(n_points)
+    wrong = (indices < -1) | (indices >= len(which))
+    if wrong.any():
+        worst = int(indices[wrong][0]) + 1
+        raise MeshFileError(
+            f"{name} is damaged: an element refers to number {worst} of its {what}, which are "
+            f"numbered 1 to {len(which)}; export it again."
+        )
+    if (indices == -1).any():
+        notes.append(f"{name}: {what} left out, as not every corner has one.")
+        return None
+    columns = 2 if what == "texture coordinates" else 3
+    table = rows(without_comments(lines.after(which, 2)))
+    if table is None:
+        notes.append(f"{name}: {what} left out, as they are not all numbers.")
+        return None
+    with np.errstate(over="ignore"):
+        values = table.columns(columns).astype(np.float32)
+    if len(values) == n_points and np.array_equal(indices, corners):
+        return values  # one for each point, also for those without a face
+    array = at_points(n_points, corners, values[indices])
+    if array is None:
+        notes.append(f"{name}: {what} left out, as they differ at points between the faces there.")
+    return array
+
+
+def _parts(lines: Lines, elements: Ints) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+    """Return the numbers of each element's material, group and object, and their names."""
+    cell_data, field_data = {}, {}
+    for word, kind in _PARTS:
+        which = lines.beginning(word)
+        if len(which) and len(elements):
+            # Before the first, and where the name is missing, the format's own word.
+            names = ["default", *(_name(raw) for raw in lines.words(which, len(word)))]
+            cell_data[f"{kind}Ids"], field_data[f"{kind}Names"] = numbered(
+                names, np.searchsorted(which, elements)
+            )
+    libraries = lines.words(lines.beginning(b"mtllib"), len(b"mtllib"))
+    if libraries:
+        field_data["MaterialLibraries"] = np.array([_name(raw) for raw in libraries], dtype=object)
+    return cell_data, field_data
+
+
+def _name(raw: bytes) -> str:
+    return " ".join(decoded(raw).split()) or "default"
+
+
+def _say_ignored(name: str, lines: Lines, at: dict[bytes, Ints], notes: list[str]) -> None:
+    """Say what there is beside the mesh, in one note."""
+    lost = []
+    if any(word not in (b"", b"0", b"off") for word in set(lines.words(lines.beginning(b"s"), 1))):
+        lost.append("smoothing groups")
+    if any(len(lines.beginning(word)) for word in _FREE_FORM):
+        lost.append("curves and surfaces in free form")
+    known = sum(map(len, at.values())) + sum(
+        len(lines.beginning(word))
+        for word in (*_IGNORED, *_FREE_FORM, b"mtllib", *(word for word, _ in _PARTS))
+    )
+    first = lines.codes[lines.starts]
+    unknown = len(lines.starts) - known - int(((first == ord("#")) | (first == ord("\n"))).sum())
+    if unknown:
+        lost.append(f"{unknown} lines that are not of the format")
+    if lost:
+        notes.append(f"{name}: {', '.join(lost)} left out.")
+
+
+def write(file: IO[bytes], mesh: Polygons) -> Kept:
+    """Write an OBJ file; reading it gives exactly the same coordinates.
+
+    The cells keep their order: points, lines, faces. What is kept of the arrays is returned.
+    """
+    normals, textures = mesh.name_of("Normals", 3), mesh.name_of("TCoords", 2)
+    colour = mesh.colours(mesh.point_data)
+    kept = Kept({name for name in (normals, textures, colour) if name}, set(), set())
+    if colour == "RGBA":
+        opaque = 255 if mesh.point_data[colour].dtype == np.uint8 else 1
+        if (mesh.point_data[colour][:, 3] != opaque).any():
+            kept.point_data.discard(colour)  # its transparency is lost
+    libraries = mesh.field_data.get("MaterialLibraries")
+    if libraries is not None:
+        file.writelines(f"mtllib {' '.join(str(one).split())}\n".encode() for one in libraries)
+        kept.field_data.add("MaterialLibraries")
+    table: npt.NDArray[Any] = mesh.points
+    if colour:
+        values = mesh.point_data[colour][:, :3]
+        table = np.column_stack((table, values / 255.0 if values.dtype == np.uint8 else values))
+    write_table(file, "v", table)
+    if textures:
+        write_table(file, "vt", mesh.point_data[textures][:, :2])
+    if normals:
+        write_table(file, "vn", mesh.point_data[normals][:, :3])
+    corner = "/".join(("%d", "%d" if textures else "", "%d" if normals else "")).rstrip("/")
+    named = {}
+    for word, wanted in (("o", ("Object",)), ("g", ("Group", "Solid")), ("usemtl", ("Material",))):
+        found = parts(mesh, wanted)
+        if found:
+            named[word] = found
+            kept.cell_data.add(f"{found[0]}Ids")
+            kept.field_data.add(f"{found[0]}Names")
+    first = 0
+    for word, form, (sizes, corners) in (
+        ("p", "%d", mesh.verts),
+        ("l", "%d", mesh.lines),
+        ("f", corner, (mesh.sizes, mesh.connectivity)),
+    ):
+        before: dict[int, str] = {}
+        for statement, (_, which, names) in named.items():
+            here = which[first : first + len(sizes)]
+            changes = np.flatnonzero(np.diff(here, prepend=which[first - 1] if first else -1))
+            for i in changes.tolist():
+                part = " ".join(names[here[i]].split()) or f"part_{here[i]}"
+                before[i] = f"{before.get(i, '')}{statement} {part}\n"
+        repeats = form.count("%")
+        lines = {size * repeats: f"{word}{f' {form}' * size}\n" for size in np.unique(sizes).tolist()}
+        write_cells(file, sizes * repeats, np.repeat(corners + 1, repeats), lines, before)
+        first += len(sizes)
+    return kept

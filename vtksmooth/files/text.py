@@ -1,0 +1,234 @@
+"""Text files: which of their lines is what, and the numbers on them, without a loop over the lines."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Ints = npt.NDArray[np.int64]
+Codes = npt.NDArray[np.uint8]
+
+_BLANK = 32  # this code and those below it separate words
+
+_AT_ONCE = 10000  # lines written at once, which bounds the memory
+
+#: What the C library of one compiler writes for what is no number.
+_NO_NUMBER = re.compile(rb"(?i)1\.#(inf|qnan|snan|ind)0*")
+
+
+def unified(raw: bytes) -> bytes:
+    """Return the text without a byte-order mark and with one kind of line ends."""
+    raw = raw.removeprefix(b"\xef\xbb\xbf")
+    if b"\r" in raw:
+        raw = raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return raw
+
+
+def without_comments(text: bytes) -> bytes:
+    """Return the text without what follows a #, line by line."""
+    return re.sub(rb"#[^\n]*", b"", text) if b"#" in text else text
+
+
+def decoded(word: bytes) -> str:
+    """Return a name in a file as text: UTF-8 where it is, else Latin-1, which anything is."""
+    try:
+        return word.decode("utf-8")
+    except UnicodeDecodeError:
+        return word.decode("latin-1")
+
+
+def quoted(line: bytes) -> str:
+    """Return the beginning of a line for a message."""
+    text = decoded(line.strip()[:40])
+    return repr("".join(c if c.isprintable() else "?" for c in text))
+
+
+def _word_starts(codes: Codes) -> Ints:
+    word = codes > _BLANK
+    word[1:] &= codes[:-1] <= _BLANK
+    return np.flatnonzero(word)
+
+
+def _parsed(text: bytes, count: int) -> npt.NDArray[np.float64] | None:
+    if count == 0:
+        return np.empty(0)
+    with warnings.catch_warnings():
+        # NumPy announces text that is no number as a deprecation, and returns what came before it.
+        warnings.simplefilter("error", DeprecationWarning)
+        try:
+            values = np.fromstring(text, dtype=np.float64, sep=" ")  # type: ignore[call-overload]
+        except (DeprecationWarning, ValueError):
+            return None
+    # "1-2" is two numbers to NumPy, and none to us.
+    return values if len(values) == count else None
+
+
+class Rows(NamedTuple):
+    """The numbers of a text, line by line.
+
+    Attributes
+    ----------
+    values : (k,) float64
+    counts : (n,) int64
+        How many of them each line holds; lines without any are counted, too.
+    commas : bool
+        Whether decimal commas were taken for points.
+    """
+
+    values: npt.NDArray[np.float64]
+    counts: Ints
+    commas: bool
+
+    @property
+    def starts(self) -> Ints:
+        """Where in `values` each line begins."""
+        starts: Ints = np.cumsum(self.counts) - self.counts
+        return starts
+
+    def columns(self, count: int) -> npt.NDArray[np.float64]:
+        """Return the first numbers of each line, (n, count); 0 where a line has fewer."""
+        if len(self.counts) * count == len(self.values) and (self.counts == count).all():
+            return self.values.reshape(-1, count)
+        table = np.zeros((len(self.counts), count))
+        starts = self.starts
+        for i in range(count):
+            there = self.counts > i
+            table[there, i] = self.values[starts[there] + i]
+        return table
+
+
+def rows(text: bytes) -> Rows | None:
+    """Parse numbers between white space; None when something else is among them.
+
+    Exponents may have a D, and decimal commas are understood where the text has no decimal point.
+    """
+    codes = np.frombuffer(text, np.uint8)
+    starts = _word_starts(codes)
+    values, commas = _parsed(text, len(starts)), False
+    if values is None:
+        plain = re.sub(rb"(?<=[\d.])[dD](?=[-+\d])", b"e", text)
+        plain = _NO_NUMBER.sub(lambda found: b"inf" if found[1].lower() == b"inf" else b"nan", plain)
+        commas = b"," in plain and b"." not in plain
+        values = _parsed(plain.replace(b",", b".") if commas else plain, len(starts))
+    if values is None:
+        return None
+    ends = np.flatnonzero(codes == ord("\n"))
+    if not text.endswith(b"\n"):
+        ends = np.append(ends, len(text))
+    counts = np.diff(np.searchsorted(starts, ends), prepend=0)
+    return Rows(values, counts, commas)
+
+
+def numbers(text: bytes) -> npt.NDArray[np.float64] | None:
+    """Parse numbers between white space, (k,) float64; None when something else is among them."""
+    found = rows(text)
+    return None if found is None else found.values
+
+
+def first_bad_line(text: bytes) -> tuple[int, bytes]:
+    """Return the number and the text of the first line with something else than numbers."""
+    for number, line in enumerate(text.split(b"\n")):
+        if numbers(line) is None:
+            return number, line
+    return 0, text.split(b"\n", 1)[0]
+
+
+class Lines:
+    """The lines of a text, each without the white space before its first word.
+
+    Parameters
+    ----------
+    text : bytes
+        See :func:`unified`.
+
+    Attributes
+    ----------
+    text : bytes
+    starts, ends : (n,) int64
+        Where each line begins, and where its line end stands.
+    """
+
+    def __init__(self, text: bytes) -> None:
+        text = text if text.endswith(b"\n") else text + b"\n"
+        self._split(text)
+        if np.isin(self._first, np.frombuffer(b" \t\v\f", np.uint8)).any():
+            self._split(re.sub(rb"\n[ \t\v\f]+", b"\n", b"\n" + text)[1:])
+
+    def _split(self, text: bytes) -> None:
+        # What follows the last line lets a line of one character be asked for its second.
+        self.text = text
+        self.codes: Codes = np.frombuffer(text + b"\n" * 32, np.uint8)
+        self.ends: Ints = np.flatnonzero(self.codes[: len(text)] == ord("\n"))
+        self.starts: Ints = np.concatenate(([0], self.ends[:-1] + 1))
+        self._first = self.codes[self.starts]
+
+    def beginning(self, word: bytes) -> Ints:
+        """Return the numbers of the lines whose first word is this one (at most 32 characters)."""
+        found: Ints = np.flatnonzero(self._first == word[0])
+        for i, code in enumerate(word[1:], 1):
+            found = found[self.codes[self.starts[found] + i] == code]
+        return found[self.codes[self.starts[found] + len(word)] <= _BLANK]
+
+    def after(self, lines: Ints, skip: int) -> bytes:
+        """Return the text of some lines, in rising order, without their first `skip` characters."""
+        begins, ends = self.starts[lines] + skip, self.ends[lines] + 1
+        if len(lines) and lines[-1] - lines[0] == len(lines) - 1:
+            chosen = self.codes[self.starts[lines[0]] : ends[-1]].copy()
+            shift = self.starts[lines[0]]
+            for i in range(skip):
+                chosen[self.starts[lines] - shift + i] = _BLANK
+            return chosen.tobytes()
+        change = np.zeros(len(self.text) + 1, np.int8)
+        change[begins] += 1
+        change[ends] -= 1
+        inside = np.cumsum(change[:-1], dtype=np.int8).astype(bool)
+        return bytes(self.codes[: len(self.text)][inside])
+
+    def words(self, lines: Ints, skip: int) -> list[bytes]:
+        """Return the text of each of some lines behind its first `skip` characters, stripped."""
+        begins, ends = (self.starts[lines] + skip).tolist(), self.ends[lines].tolist()
+        return [self.text[a:b].strip() for a, b in zip(begins, ends, strict=True)]
+
+
+def write_table(file: IO[bytes], word: str, table: npt.NDArray[Any]) -> None:
+    """Write a line for each row of a table, a word and the numbers, which read back the same."""
+    # The text of a Python float is the shortest that reads back the same.
+    line = f"{word}{' %r' * table.shape[1]}\n".lstrip(" ")
+    for a in range(0, len(table), _AT_ONCE):
+        part = table[a : a + _AT_ONCE]
+        file.write(((line * len(part)) % tuple(part.ravel().tolist())).encode())
+
+
+def write_cells(
+    file: IO[bytes],
+    sizes: Ints,
+    values: npt.NDArray[Any],
+    lines: dict[int, str],
+    before: dict[int, str],
+) -> None:
+    """Write a line for each of some cells.
+
+    Parameters
+    ----------
+    file : binary file
+    sizes : (n,) int64
+        How many of the values belong to each cell.
+    values : (sum(sizes),) array
+    lines : dict of int to str
+        The line of a cell with so many values, with a place for each in the style of %.
+    before : dict of int to str
+        Lines to be written before a cell.
+    """
+    begins = np.concatenate(([0], np.cumsum(sizes)))
+    for a in range(0, len(sizes), _AT_ONCE):
+        b = min(a + _AT_ONCE, len(sizes))
+        template = [lines[size] for size in sizes[a:b].tolist()]
+        if before:
+            for i in range(a, b):
+                if i in before:
+                    template[i - a] = before[i].replace("%", "%%") + template[i - a]
+        file.write(("".join(template) % tuple(values[begins[a] : begins[b]].tolist())).encode())
