@@ -76,6 +76,5 @@ def test_errors_are_exceptions(ant: pv.PolyData) -> None:
 
 
 def test_progress_bar(ant: pv.PolyData, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("tqdm")
     ant.vtksmooth.trapezium_drawing(progress_bar=True)
     assert TrapeziumDrawing.__name__ in capsys.readouterr().err

@@ -214,6 +214,15 @@ def test_an_unexpected_exception_is_one_files_failure_too(folder, recipe, tmp_pa
         run(recipe, folder, "--output", tmp_path / "out", "--debug")
 
 
+def test_a_quiet_run_still_says_which_file_failed_and_why(folder, recipe, tmp_path, capsys):
+    (folder / "broken.ply").write_text("junk")
+    assert run(recipe, folder, "--output", tmp_path / "out", "--quiet") == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()
+    assert "broken.ply does not begin with ply" in line
+
+
 def test_meshes_by_role(folder, tmp_path, capsys):
     Recipe([Step("compare", inputs={"original": "reference"})]).save(tmp_path / "r.json")
     arguments = [tmp_path / "r.json", folder / "one.ply", "--output", tmp_path / "out"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyvista as pv
 import reference
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_INT, vtkPoints, vtkStringArray
@@ -40,6 +41,7 @@ from vtksmooth import (
 )
 from vtksmooth.filters import FILTERS
 from vtksmooth.filters.arrays import cells_of, surface_of, vtk_array
+from vtksmooth.kernels.closest_point import ClosestPoint
 
 SMOOTHING = [
     TrapeziumDrawing,
@@ -537,6 +539,20 @@ def test_comparison_of_a_stretched_cube() -> None:
     assert summary["dihedral_change"]["max"] == pytest.approx(0.0, abs=1e-9)
     displacement = vtk_to_numpy(output.GetPointData().GetArray("Displacement"))
     np.testing.assert_array_equal(displacement, points - points_of(original))
+
+
+def test_the_deviation_of_the_summary_is_that_of_the_array() -> None:
+    original = pv.Icosphere(nsub=3)
+    original.points += np.random.default_rng(0).normal(scale=0.03, size=original.points.shape)
+    result = pv.wrap(LaplacianSmoothing(iterations=5)(original))
+    comparison = SurfaceComparison()
+    deviation = vtk_to_numpy(comparison(result, original).GetPointData().GetArray("Deviation"))
+    surfaces = [surface_of(mesh).mesh for mesh in (original, result)]
+    expected = [ClosestPoint(a).query(b.points)[1] for a, b in (surfaces, surfaces[::-1])]
+    np.testing.assert_array_equal(deviation, np.maximum(*expected))
+    assert deviation.max() > expected[0].max()
+    assert comparison.summary["deviation"]["max"] == deviation.max()
+    assert comparison.summary["deviation"]["mean"] == pytest.approx(deviation.mean())
 
 
 def test_comparison_with_itself_is_zero() -> None:

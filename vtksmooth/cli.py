@@ -122,7 +122,7 @@ def _add_arguments(parser: _Parser, command: str) -> None:
     general = parser.add_argument_group("general")
     if command not in ("demo", "gui"):
         general.add_argument("--json", action="store_true", help="print the result as JSON on stdout")
-    general.add_argument("--quiet", action="store_true", help="no notes, no progress, no report")
+    general.add_argument("--quiet", action="store_true", help="no notes, no progress, no report; errors only")
     general.add_argument("--debug", action="store_true", help="show the traceback of an error")
     general.add_argument(
         "--threads", type=_threads, metavar="N", default=0, help="threads to use (default: 0, all)"
@@ -336,11 +336,11 @@ class _Talk:
             self.clear()
             print(f"vtksmooth: note: {text}", file=sys.stderr)
 
-    def item(self, text: str) -> None:
-        """Tell that one of many is done."""
-        if not self.quiet:
+    def item(self, done: str, error: str) -> None:
+        """Tell what has become of one of many; errors are told by a quiet run too."""
+        if error or not self.quiet:
             self.clear()
-            print(text, file=sys.stderr, flush=True)
+            print(f"{self.subject}{error or done}", file=sys.stderr, flush=True)
 
     def compiling(self, kernel: str) -> None:
         self.kernels += 1
@@ -443,7 +443,7 @@ class _Run:
             self.interruption.committed = True
             for note in notes:
                 self.talk.note(note)
-        for note in getattr(algorithm, "notes", ()):
+        for note in algorithm.notes:
             self.talk.note(note)
         if not self._json(algorithm.figures) and not self.options.quiet:
             self.talk.clear()
@@ -482,7 +482,7 @@ class _Run:
                 outcomes.append(outcome)
                 for note in outcome.notes:
                     self.talk.note(note)
-                self.talk.item(f"{self.talk.subject}{outcome.error or f'{outcome.seconds:.2f} s'}")
+                self.talk.item(f"{outcome.seconds:.2f} s", outcome.error)
         finally:
             failed = sum(bool(outcome.error) for outcome in outcomes)
             self.talk.clear()

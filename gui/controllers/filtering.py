@@ -45,7 +45,7 @@ class _Request:
         seconds = time.perf_counter() - began
         outputs = [State.of(filter.GetOutput(port), self.states[0]) for port in range(len(self.cls.outputs))]
         report = str(getattr(filter, "report", "") or numbers.line(filter.figures))
-        return _Result(self, outputs, seconds, report, said(filter), getattr(filter, "notes", []))
+        return _Result(self, outputs, seconds, report, said(filter), filter.notes)
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ OVERLAYS: tuple[Overlay, ...] = (
     ),
     Overlay(
         "deviation", "Deviation", "Deviation", "comparison",
-        "Distance from each point to the surface before.",
+        "Distance between the surfaces before and after, at each point.",
         "", "before", (0.0005, 0.002, 0.005), True,
     ),
     Overlay(

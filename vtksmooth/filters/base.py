@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator
+from os import PathLike
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringArray
-from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkDataObject, vtkFieldData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import (
+    vtkCompositeDataSet,
+    vtkDataObject,
+    vtkDataSet,
+    vtkFieldData,
+    vtkPolyData,
+)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
 from ..kernels.compile_ahead import compiling_ahead
+from . import interruption
 from .arrays import vtk_array
 from .parameter import Parameter, add_vtk_access, documentation, parameters_of
 
@@ -45,9 +54,17 @@ class Filter(VTKPythonAlgorithmBase):
 
     Attributes
     ----------
-    last_error : Exception or None
+    last_error : BaseException or None
         What ended the last execution. :meth:`Update` raises it; so does calling the filter.
+    summary : dict
+        What the last execution measured or did; empty before the first and after one that failed.
+    notes : list of str
+        What else people should know of the last execution.
     """
+
+    last_error: BaseException | None = None
+    summary: dict[str, Any]
+    notes: list[str]
 
     #: Name on the command line and in reports.
     command: ClassVar[str] = ""
@@ -75,7 +92,7 @@ class Filter(VTKPythonAlgorithmBase):
             nOutputPorts=len(self.outputs),
             outputType="vtkDataObject",
         )
-        self.last_error: Exception | None = None
+        self.forget()
         self._will_raise = False
         self._told = 0.0
         self._share = (0.0, 1.0)
@@ -93,8 +110,7 @@ class Filter(VTKPythonAlgorithmBase):
     @property
     def figures(self) -> dict[str, Any]:
         """What the last execution measured or did, as the command line's ``--json`` shows it."""
-        summary: dict[str, Any] = getattr(self, "summary", {})
-        return summary
+        return self.summary
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={getattr(self, name)!r}" for name in self.parameters())
@@ -109,14 +125,21 @@ class Filter(VTKPythonAlgorithmBase):
         """
         raise NotImplementedError
 
+    def forget(self) -> None:
+        """Drop what the last execution reported: a run that fails must not show figures of the one before."""
+        self.summary, self.notes = {}, []
+
     def progress(self, fraction: float, what: str = "") -> None:
         """Report progress (0 to 1) to VTK's observers.
 
         Raises
         ------
         Cancelled
-            The filter has been asked to abort.
+            The filter has been asked to abort, or the program ends.
+        KeyboardInterrupt
+            Ctrl-C was pressed, and the filter runs in the main thread.
         """
+        interruption.check()
         if self.GetAbortExecute() or self.CheckAbort():
             raise Cancelled(f"{type(self).__name__} was cancelled.")
         now = time.monotonic()
@@ -134,43 +157,101 @@ class Filter(VTKPythonAlgorithmBase):
     def __call__(self, *inputs: Any) -> Any:
         """Run on `inputs` (vtkPolyData, pyvista.PolyData or composite) and return the output.
 
-        A filter with several outputs returns a tuple of them.
+        A filter with several outputs returns a tuple of them. What is returned is the caller's: the next run
+        does not touch it.
 
         Raises
         ------
-        InvalidMeshError, ParameterError, Cancelled
-            What ended the run.
+        InvalidMeshError
+            An input is missing, of another type, or cannot be worked on.
+        ParameterError, Cancelled, KeyboardInterrupt
+            What else ended the run.
+        TypeError
+            The number of inputs is wrong.
         """
         if len(inputs) != len(self.inputs):
             raise TypeError(
                 f"{type(self).__name__} takes {len(self.inputs)} inputs: {', '.join(self.inputs)}."
             )
-        for port, data in enumerate(inputs):
-            self.SetInputDataObject(port, data)
         try:
+            for port, data in enumerate(inputs):
+                self.SetInputDataObject(port, data)
             self.Update()
             if self.last_error is not None:
                 raise self.last_error
+        except BaseException:
+            self.forget()
+            raise
         finally:
             # VTK's abort flag sticks; the next call is another run.
             self.SetAbortExecute(0)
-        if len(self.outputs) == 1:
-            return self.GetOutputDataObject(0)
-        return tuple(self.GetOutputDataObject(port) for port in range(len(self.outputs)))
+        outputs = tuple(_shared(self.GetOutputDataObject(port)) for port in range(len(self.outputs)))
+        return outputs if len(outputs) > 1 else outputs[0]
 
     def Update(self, *arguments: Any) -> Any:
-        """Bring the output up to date, as in VTK; raise what went wrong.
+        """Bring the output up to date, as in VTK; raise what went wrong, also in filters of ours before this.
 
         An abort is no error here, as in VTK: the output is empty and `last_error` tells.
         """
+        return self._run(super().Update, *arguments)
+
+    def UpdatePiece(self, *arguments: Any) -> Any:
+        """Bring a piece of the output up to date, as :meth:`Update` does the whole."""
+        return self._run(super().UpdatePiece, *arguments)
+
+    def UpdateExtent(self, *arguments: Any) -> Any:
+        """Bring an extent of the output up to date, as :meth:`Update` does the whole."""
+        return self._run(super().UpdateExtent, *arguments)
+
+    def UpdateTimeStep(self, *arguments: Any) -> Any:
+        """Bring the output up to date for a time, as :meth:`Update` does."""
+        return self._run(super().UpdateTimeStep, *arguments)
+
+    def UpdateWholeExtent(self) -> Any:
+        """Bring the output up to date, as :meth:`Update` does."""
+        return self._run(super().UpdateWholeExtent)
+
+    def _run(self, update: Callable[..., Any], *arguments: Any) -> Any:
+        chain = list(_filters_up_to(self))
+        for algorithm in chain:
+            if algorithm.last_error is not None:
+                # To VTK the empty output of a run that failed is up to date.
+                algorithm.last_error = None
+                algorithm.Modified()
         self._will_raise = True
         try:
-            result = super().Update(*arguments)
+            with interruption.running(called_by_vtk=False):
+                result = update(*arguments)
+        except BaseException as error:
+            self.last_error = error
+            self.forget()
+            raise
         finally:
             self._will_raise = False
-        if self.last_error is not None and not isinstance(self.last_error, Cancelled):
-            raise self.last_error
+        failure = next((each.last_error for each in chain if each.last_error is not None), None)
+        if failure is None and result is False:
+            failure = InvalidMeshError(
+                f"{type(self).__name__} did not run, for reasons that VTK has logged; check its inputs."
+            )
+        if failure is not None:
+            self.last_error = failure
+            self.forget()
+            if not isinstance(failure, Cancelled):
+                raise failure
         return result
+
+    def SetInputDataObject(self, *arguments: Any) -> None:
+        """Set the data of input 0, or with two arguments of the input named first.
+
+        Raises
+        ------
+        InvalidMeshError
+            What is given is no data object of VTK.
+        """
+        port, data = arguments if len(arguments) == 2 else (0, *arguments)
+        if data is not None and not isinstance(data, vtkDataObject):
+            raise self._wrong_input(port, data)
+        super().SetInputDataObject(port, data)
 
     def SetInputData(self, *arguments: Any) -> None:
         """Set the data of input 0, or with two arguments of the input named first."""
@@ -183,40 +264,50 @@ class Filter(VTKPythonAlgorithmBase):
     # -- VTK's side --------------------------------------------------------------------------------
 
     def FillInputPortInformation(self, port: int, info: Any) -> int:
-        """Accept polydata and composite datasets of it."""
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData")
-        info.Append(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkCompositeDataSet")
+        """Accept everything, and nothing.
+
+        :meth:`RequestData` refuses what is neither polydata nor a composite dataset of it: VTK would only log
+        it and leave the output empty.
+        """
+        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkDataObject")
+        info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
         return 1
 
     def RequestDataObject(self, request: Any, inInfo: Any, outInfo: Any) -> int:
         """Make the outputs of the type of the first input."""
         source = vtkDataObject.GetData(inInfo[0], 0)
+        kind = _vtk_class(source) if isinstance(source, vtkCompositeDataSet) else vtkPolyData
         for port in range(len(self.outputs)):
             output = vtkDataObject.GetData(outInfo, port)
-            if source is not None and (output is None or not output.IsA(_plain_class(source))):
-                outInfo.GetInformationObject(port).Set(vtkDataObject.DATA_OBJECT(), _new_like(source))
+            if output is None or not output.IsA(kind.__name__):
+                outInfo.GetInformationObject(port).Set(vtkDataObject.DATA_OBJECT(), kind())
         return 1
 
     def RequestData(self, request: Any, inInfo: Any, outInfo: Any) -> int:
         """Run :meth:`execute` and turn exceptions into VTK errors."""
         outputs = [vtkDataObject.GetData(outInfo, port) for port in range(len(self.outputs))]
         self.last_error = None
+        self.forget()
         try:
-            sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
-            self._refuse_what_is_not_read()
-            with compiling_ahead(type(self).__name__):
+            with interruption.running(called_by_vtk=True), compiling_ahead(type(self).__name__):
+                sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
+                for port, source in enumerate(sources):
+                    if not isinstance(source, (vtkPolyData, vtkCompositeDataSet)):
+                        raise self._wrong_input(port, source)
+                self._refuse_what_is_not_read()
                 self._execute_all(sources, outputs)
-        except Cancelled as cancelled:
-            self.last_error = cancelled
+        except (Cancelled, KeyboardInterrupt) as interrupted:
+            self.last_error = interrupted
         except VtksmoothError as error:
             self.last_error = error
             self._say(f"{type(self).__name__}: {error}")
-        except Exception as error:
-            # A defect of ours must not look like success on VTK's side either.
+        except BaseException as error:
+            # A defect of ours must not look like success on VTK's side either, and C++ drops all exceptions.
             self.last_error = error
             self._say(f"{type(self).__name__} failed: {type(error).__name__}: {error}")
         if self.last_error is None:
             return 1
+        self.forget()
         for output in outputs:
             output.Initialize()
         self.SetAbortOutput(True)
@@ -233,6 +324,17 @@ class Filter(VTKPythonAlgorithmBase):
                     f"{name}={value!r} has no effect with {now}: leave it out; it has one where "
                     f"{parameter.where}."
                 )
+
+    def _wrong_input(self, port: int, data: Any) -> InvalidMeshError:
+        title = INPUTS[self.inputs[port]].title
+        if data is None:
+            return InvalidMeshError(f"The {title} is missing; give polydata as input {port + 1}.")
+        remedy = "give a surface mesh"
+        if isinstance(data, vtkDataSet):
+            remedy = "extract its surface first, with vtkGeometryFilter or PyVista's extract_surface()"
+        elif isinstance(data, (str, PathLike)):
+            remedy = "read the file first, with pyvista.read()"
+        return InvalidMeshError(f"The {title} must be polydata, not {type(data).__name__}; {remedy}.")
 
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
         if not isinstance(sources[0], vtkCompositeDataSet):
@@ -273,7 +375,7 @@ class Filter(VTKPythonAlgorithmBase):
 
     def _execute_block(self, index: int, blocks: list[Any]) -> tuple[Any, ...]:
         if not all(isinstance(block, vtkPolyData) for block in blocks):
-            names = ", ".join("nothing" if block is None else _plain_class(block) for block in blocks)
+            names = ", ".join("nothing" if block is None else _vtk_class(block).__name__ for block in blocks)
             raise InvalidMeshError(f"Block {index} must be polydata, not {names}; extract its surface first.")
         if blocks[0].GetNumberOfPolys() + blocks[0].GetNumberOfStrips() == 0:
             # Pieces without faces are usual in composite data.
@@ -292,13 +394,25 @@ class Filter(VTKPythonAlgorithmBase):
             vtkOutputWindow.GetInstance().DisplayErrorText(message + "\n")
 
 
-def _plain_class(data: Any) -> str:
+def _vtk_class(data: Any) -> Any:
     # Objects may be of a Python subclass (pyvista.PolyData) whose name VTK does not know.
-    return next(base.__name__ for base in type(data).__mro__ if base.__module__.startswith("vtkmodules."))
+    return next(base for base in type(data).__mro__ if base.__module__.startswith("vtkmodules."))
 
 
-def _new_like(data: Any) -> Any:
-    return next(base for base in type(data).__mro__ if base.__module__.startswith("vtkmodules."))()
+def _shared(output: Any) -> Any:
+    """Return a new data object that shares everything with `output`, which VTK fills anew in each run."""
+    result = output.NewInstance()
+    result.ShallowCopy(output)
+    return result
+
+
+def _filters_up_to(algorithm: Any) -> Iterator[Filter]:
+    """Yield the filters of ours that `algorithm` depends on, those at the beginning first, and itself."""
+    for port in range(algorithm.GetNumberOfInputPorts()):
+        for number in range(algorithm.GetNumberOfInputConnections(port)):
+            yield from _filters_up_to(algorithm.GetInputConnection(port, number).GetProducer())
+    if isinstance(algorithm, Filter):
+        yield algorithm
 
 
 def output_like(source: Any) -> vtkPolyData:

@@ -78,11 +78,6 @@ class ContainmentCheck(Filter):
         low=0.0, unit="diagonals",
     )  # fmt: skip
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-        self.notes: list[str] = []
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Check one polydata."""
         source, installation = inputs

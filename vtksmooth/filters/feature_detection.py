@@ -84,10 +84,6 @@ class FeatureDetection(Filter):
         "Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.",
     )
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-
     def execute(self, *inputs: Any) -> tuple[vtkPolyData, vtkPolyData]:
         """Find the features of one polydata."""
         (source,) = inputs

@@ -59,11 +59,6 @@ class InstallationSpaceRegions(Filter):
     )  # fmt: skip
     blend_rings = Parameter(3, "Rings of fixed points over which the weight falls from 1 to 0.", low=0)
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-        self.notes: list[str] = []
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Classify one polydata."""
         source, installation = inputs

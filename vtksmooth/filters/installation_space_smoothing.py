@@ -104,9 +104,12 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         low=0.0, unit="diagonals", group=CONSTRAINTS,
     )  # fmt: skip
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.report: InstallationSpaceReport = InstallationSpaceReport()
+    report: InstallationSpaceReport
+
+    def forget(self) -> None:
+        """Drop what the last execution reported."""
+        super().forget()
+        self.report = InstallationSpaceReport()
 
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata inside another."""

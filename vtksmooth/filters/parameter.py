@@ -8,6 +8,7 @@ the accessor's keyword with its type, and the documentation.
 from __future__ import annotations
 
 import math
+import numbers
 from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Any
@@ -22,6 +23,9 @@ SET = "set"
 
 #: Groups of parameters, beside the filter's own.
 CONSTRAINTS, STOP_RULES, OUTPUT = "constraints", "stop rules", "output"
+
+#: Letters of a wrong value that are shown.
+_LONGEST = 60
 
 
 class Parameter:
@@ -178,30 +182,35 @@ class Parameter:
         """
         if value is None and self.optional:
             return None
-        if self.automatic and value == AUTO:
+        if isinstance(value, str) and self.automatic and value == AUTO:
             return AUTO
-        wrong = ParameterError(f"{self.name} must be {self.range}, not {value!r}.")
         if self.choices:
-            if isinstance(value, int) and not isinstance(value, bool):
-                value = self.codes.get(value, value)
-            if value not in self.choices:
-                raise wrong
-            return value
-        if self.type is str:
-            if not isinstance(value, str) or not value:
-                raise wrong
-            return value
-        if value is None or isinstance(value, str):
-            raise wrong
+            if isinstance(value, numbers.Integral) and not isinstance(value, bool):
+                value = self.codes.get(int(value), value)
+            if isinstance(value, str) and value in self.choices:
+                return str(value)
+        elif self.type is str:
+            if isinstance(value, str) and value:
+                return str(value)
+        else:
+            number = self._number(value)
+            if number is not None:
+                return number
+        raise ParameterError(f"{self.name} must be {self.range}, not {_told(value)}.")
+
+    def _number(self, value: Any) -> Any:
+        """Return `value` in the parameter's type, None where it is no number that is allowed."""
+        if isinstance(value, (str, bytes, bytearray)) or getattr(value, "shape", ()) != ():
+            return None
         try:
             number = float(value)
             typed = self.type(value)
         except (TypeError, ValueError, OverflowError):
-            raise wrong from None
+            return None
         if not math.isfinite(number) or float(typed) != number:
-            raise wrong
+            return None
         if (self.low is not None and number < self.low) or (self.high is not None and number > self.high):
-            raise wrong
+            return None
         return typed
 
 
@@ -209,6 +218,15 @@ def _one_of(values: tuple[Any, ...] | str) -> str:
     words = [values] if isinstance(values, str) else ["off" if v in (None, False) else str(v) for v in values]
     words = ["on" if word == "True" else word for word in words]
     return ", ".join(words[:-1]) + " or " * (len(words) > 1) + words[-1]
+
+
+def _told(value: Any) -> str:
+    """Return what to say of a wrong value, on one line; arrays and long numbers are cut short."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python writes no numbers of thousands of digits
+        text = f"a number of {value.bit_length()} bits"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
 def parameters_of(cls: type) -> dict[str, Parameter]:

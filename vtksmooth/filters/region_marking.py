@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..errors import ParameterError
+from ..errors import InvalidMeshError, ParameterError
 from ..kernels.feature_edges import check_edges
 from ..kernels.mesh import Mesh
 from ..kernels.paths import edge_distances
@@ -88,13 +88,11 @@ class RegionMarking(Filter):
         optional=True, type=str, text="lines",
     )  # fmt: skip
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Mark one polydata."""
         (source,) = inputs
+        if not source.GetNumberOfPoints():
+            raise InvalidMeshError("The mesh is empty: it has no points.")
         self.progress(0.0, "marking")
         output = output_like(source)
         mesh = _Lazy(source)

@@ -203,8 +203,11 @@ class SmoothingFilter(Filter):
         choices=("default", "single", "double"), codes={0: "single", 1: "double", 2: "default"}, group=OUTPUT,
     )  # fmt: skip
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
+    report: RunReport
+
+    def forget(self) -> None:
+        """Drop what the last execution reported."""
+        super().forget()
         self.report = RunReport()
 
     @property

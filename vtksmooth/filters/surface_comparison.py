@@ -21,9 +21,9 @@ class SurfaceComparison(Filter):
 
     Adds to the result the point arrays ``NormalDeviation`` (angle between vertex normals, degrees),
     ``DihedralChange`` (largest change of the signed dihedral angle of the edges at the point, degrees),
-    ``Displacement`` (vector) and ``Deviation`` (distance to the original surface), and the cell array
-    ``AspectRatio``, signed against the original's directions. Both meshes must have the same points and
-    faces.
+    ``Displacement`` (vector) and ``Deviation`` (distance between the surfaces: from the point to the original
+    surface, or from its original to the result, whichever is larger), and the cell array ``AspectRatio``,
+    signed against the original's directions. Both meshes must have the same points and faces.
 
     Maximum and mean of the dihedral change are those of the edges that have a dihedral angle: edges of
     exactly two faces that agree on the orientation and have an area in both meshes. Edges of the boundary and
@@ -33,8 +33,7 @@ class SurfaceComparison(Filter):
     Attributes
     ----------
     summary : dict
-        The figures of ``vtksmooth compare --json``; also in the output's field data. Deviations are
-        taken both ways, from the result's points to the original and back. For open meshes
+        The figures of ``vtksmooth compare --json``; also in the output's field data. For open meshes
         ``volume_change_percent`` is None; ``swept_volume`` is the volume between the two surfaces.
 
     Examples
@@ -55,10 +54,6 @@ class SurfaceComparison(Filter):
     arguments = ("original", "result")
     measures = True
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Compare two polydata."""
         result, original = inputs
@@ -78,16 +73,16 @@ class SurfaceComparison(Filter):
         sizes = before.mesh.face_sizes
         used = np.zeros(before.mesh.n_points, np.bool_)
         used[before.mesh.connectivity[np.repeat(sizes >= 3, sizes)]] = True
-        deviation, back = np.zeros(before.mesh.n_points), np.zeros(before.mesh.n_points)
-        deviation[used] = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
+        deviation = np.zeros(before.mesh.n_points)
+        there = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
         self.progress(0.7)
-        back[used] = ClosestPoint(after.mesh).query(before.mesh.points[used])[1]
+        deviation[used] = np.maximum(there, ClosestPoint(after.mesh).query(before.mesh.points[used])[1])
         self.progress(0.9)
         k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh))
         swept = measure.swept_volume(before.mesh, after.mesh)
         summary = summary_of(after, near, faces_with_area(after.mesh, k))
         diagonal = before.mesh.diagonal
-        largest = float(max(deviation.max(), back.max()))
+        largest = float(deviation.max())
         volume = measure.signed_volume(before.mesh) if summary["closed"] else 0.0
         summary |= {
             "normal_deviation": _statistics(normals),
@@ -96,7 +91,7 @@ class SurfaceComparison(Filter):
             "swept_volume": swept,
             "deviation": {
                 "max": largest,
-                "mean": float(np.concatenate((deviation[used], back[used])).mean()) if used.any() else 0.0,
+                "mean": float(deviation[used].mean()) if used.any() else 0.0,
                 "max_relative": largest / diagonal if diagonal > 0 else 0.0,
             },
         }

@@ -79,10 +79,6 @@ class SurfaceQuality(Filter):
     command = "quality"
     measures = True
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Measure one polydata."""
         (source,) = inputs

@@ -49,10 +49,6 @@ class ValenceTriangulation(Filter):
 
     command = "triangulate"
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__(**parameters)
-        self.summary: dict[str, Any] = {}
-
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Triangulate one polydata."""
         (source,) = inputs
