@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from pyvista import examples
+from vtkmodules.vtkCommonCore import vtkStringArray
 
 from vtksmooth.errors import MeshFileError
 from vtksmooth.files import READABLE, WRITABLE, check_writable, read_surface, write_surface, writing
@@ -370,3 +371,24 @@ def test_meshes_of_others(tmp_path, name, points, cells):
     shutil.copy(Path(DATA) / name, tmp_path)
     mesh, _ = read_surface(tmp_path / name)
     assert (mesh.n_points, mesh.n_cells) == (points, cells)
+
+
+@pytest.mark.parametrize("extension", [".vtp", ".vtu"])
+@pytest.mark.parametrize("home", ["point_data", "cell_data", "field_data"])
+def test_texts_with_null_characters_are_left_out_of_xml_files(tmp_path, extension, home):
+    mesh = pv.Sphere(theta_resolution=7, phi_resolution=6)
+    arrays = getattr(mesh, home)
+    n = {"point_data": mesh.n_points, "cell_data": mesh.n_cells, "field_data": 3}[home]
+    for name, values in (("good", [f"é {i}" for i in range(n)]), ("broken", ["a", *["\0" * 60] * (n - 1)])):
+        texts = vtkStringArray()
+        texts.SetName(name)
+        for value in values:
+            texts.InsertNextValue(value)
+        arrays.VTKObject.AddArray(texts)
+    notes = write_surface(mesh, tmp_path / f"a{extension}")
+    assert f"a{extension}: VTK's XML files keep no texts with null characters; left out broken." in notes
+    made, _ = read_surface(tmp_path / f"a{extension}")
+    kept = getattr(made, home).VTKObject.GetAbstractArray("good")
+    assert [kept.GetValue(i) for i in range(n)] == [f"é {i}" for i in range(n)]
+    assert "broken" not in getattr(made, home)
+    assert "broken" in getattr(mesh, home)

@@ -15,6 +15,7 @@ from ..errors import MeshFileError
 from . import vtk_messages, vtk_process, vtk_readers, vtk_transfer
 from .damage import check
 from .vtk_hdf import for_hdf
+from .vtk_xml import for_xml
 
 #: The writers of VTK that are used, by extension: module and class.
 WRITERS = {
@@ -53,10 +54,12 @@ def write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
     notes: list[str] = []
     if extension == ".vtkhdf":
         data, notes = for_hdf(mesh, name)
-    elif extension == ".vtu":
-        notes = [f"{name}: VTU holds no polygonal data; the faces were written as an unstructured grid."]
+    elif extension in (".vtp", ".vtu"):
+        data, notes = for_xml(mesh, name)
+    if extension == ".vtu":
+        notes += [f"{name}: VTU holds no polygonal data; the faces were written as an unstructured grid."]
         append = vtkAppendFilter()
-        append.AddInputDataObject(mesh)
+        append.AddInputDataObject(data)
         append.Update()
         data = append.GetOutput()
     writer.SetFileName(vtk_readers.file_name(temporary))
