@@ -148,7 +148,7 @@ class Disposal:
         self._limit(state, starts, ends, proposed)
         if not self.in_place:
             for constraint in self._conserving:
-                constraint.conserve(state, state.points, proposed, self.beyond)
+                constraint.conserve(state, state.points, proposed, self.beyond, state.points)
         for judge in self._judging if self.judged_alone else ():
             judge.dispose(state, starts, ends, proposed)
             rows, last = starts, ends
@@ -230,7 +230,7 @@ class Disposal:
                 return found
 
             proposed = state.points.copy()
-            kept = kept and constraint.conserve(state, state.points, proposed, beyond)
+            kept = kept and constraint.conserve(state, state.points, proposed, beyond, before)
             state.points[:] = proposed if kept else before
         return kept
 

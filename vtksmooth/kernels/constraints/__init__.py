@@ -100,13 +100,17 @@ class Constraint:
     def count(self, checked: int, asked: int) -> None:
         """Add what kernels that were handed :attr:`guard` have checked and asked."""
 
-    def conserve(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
+    def conserve(
+        self, state: State, before: Float64, proposed: Float64, beyond: Beyond, back: Float64
+    ) -> bool:
         """Correct the steps from `before` to `proposed` of all vertices, in phase CONSERVE.
 
         Parameters
         ----------
         beyond : callable
             ``beyond(state, proposed)`` returns which vertices may not go there, (n,) bool.
+        back : (n, 3) float64
+            Where vertices go back to if nothing else keeps the quantity, all that hang together.
 
         Returns
         -------

@@ -41,6 +41,8 @@ class FeatureLines(Constraint):
         slides = ridge & (ring >= 0).all(axis=1) & self.sliding
         state.pinned[ridge & ~slides] = 1
         self._slides = slides.astype(np.uint8)
+        if slides.any():
+            state.confined = self._slides
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         ring = state.features.ridge_ring

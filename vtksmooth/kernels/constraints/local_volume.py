@@ -223,7 +223,7 @@ def _shift(starts, ends, body, step, direction, answer, after):  # type: ignore[
 
 
 @kernel
-def _one_by_one(starts, ends, points, near, pinned, flux, direction, proposed):  # type: ignore[no-untyped-def]
+def _one_by_one(starts, ends, points, near, pinned, confined, flux, direction, proposed):  # type: ignore[no-untyped-def]
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if pinned[v]:
@@ -237,7 +237,7 @@ def _one_by_one(starts, ends, points, near, pinned, flux, direction, proposed): 
                 for row in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
                     f = near.corner_face[near.corners[row]]
                     swept -= flux[f] / (near.offsets[f + 1] - near.offsets[f])
-            if swept != 0.0 and near.border[v] == 0:
+            if swept != 0.0 and near.border[v] == 0 and not confined[v]:
                 dx = direction[v, 0]
                 dy = direction[v, 1]
                 dz = direction[v, 2]
@@ -269,8 +269,8 @@ class LocalVolume(Constraint):
     give what it cannot. Where that does not close, the vertex stays where it was, then its neighbours too;
     at last the steps of all vertices are halved.
 
-    Vertices without a direction (cusps), pinned ones and those on a boundary are not moved for it: their
-    neighbours take over what they would have to give back.
+    Vertices without a direction (cusps), pinned ones and those on a boundary or on another line that they
+    slide on are not moved for it: their neighbours take over what they would have to give back.
 
     Parameters
     ----------
@@ -287,8 +287,8 @@ class LocalVolume(Constraint):
     Attributes
     ----------
     closes : bool
-        Whether boundary vertices slide. What a surface sweeps from the start to where it is then depends on
-        more than on the sum of its steps, and is what is closed.
+        Whether vertices slide on boundaries or lines of features. What a surface sweeps from the start to
+        where it is then depends on more than on the sum of its steps, and is what is closed.
     """
 
     name = "A local volume (corrections, preserve_volume)"
@@ -329,7 +329,9 @@ class LocalVolume(Constraint):
         self.residuals = []
         self.shortened = 0
         self._last_residual: Callable[[], list[float]] = list
-        self.closes = self.uniform and bool(((state.near.border == BORDER) & (state.pinned == 0)).any())
+        self._confined = np.zeros(n, np.uint8) if state.confined is None else state.confined
+        slide = (self._confined != 0) | (state.near.border == BORDER)
+        self.closes = self.uniform and bool((slide & (state.pinned == 0)).any())
         if self.closes or not state.in_place:
             self._swept = np.empty(len(state.topology.connectivity))
             self._residual, self._answer = np.empty(n), np.empty(n)
@@ -375,23 +377,27 @@ class LocalVolume(Constraint):
         if self._own:
             directions(state, starts, ends, self._normals, self._direction)
         parallel.run(
-            _one_by_one, starts, ends, state.points, state.near, state.pinned, self._flux, self._direction,
-            proposed, smallest_share=parallel.COSTLY,
+            _one_by_one, starts, ends, state.points, state.near, state.pinned, self._confined, self._flux,
+            self._direction, proposed, smallest_share=parallel.COSTLY,
         )  # fmt: skip
 
     # -- all at once -------------------------------------------------------------------------------
 
-    def conserve(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
+    def conserve(
+        self, state: State, before: Float64, proposed: Float64, beyond: Beyond, back: Float64
+    ) -> bool:
         vertices = parallel.ranges(len(proposed))
         if self._own or state.in_place:
             directions(state, *vertices, self._normals, self._direction)
+        if state.confined is not None:
+            self._direction[self._confined != 0] = 0.0
         self._admit(state, before, proposed, beyond)
         wanted = proposed.copy()
         # In place the steps have been taken: there is nothing to halve.
         for halving in range(1 if state.in_place else HALVINGS + 1):
             if self._solved(state, before, proposed, wanted, beyond):
                 self.shortened += halving > 0
-                self._left = self._close(state, before, proposed)
+                self._left = self._close(state, before, proposed, back)
                 return True
             wanted = before + 0.5 * (wanted - before)
             proposed[:] = wanted
@@ -505,15 +511,15 @@ class LocalVolume(Constraint):
             inverted = self._sweep(state, before, proposed)
         return inverted
 
-    def _close(self, state: State, before: Float64, proposed: Float64) -> Float64:
+    def _close(self, state: State, before: Float64, proposed: Float64, back: Float64) -> Float64:
         """Take back the steps of bodies that could not be closed; return what is left over."""
         if not self.uniform:
             return self._left
         left = self._left_over(state, proposed)
         unclosed = ~(np.abs(left) <= self._tolerance)
         if unclosed.any():
-            back = np.broadcast_to(True, len(proposed)) if self._bodies == 1 else unclosed[self._body]
-            proposed[back] = before[back]
+            whole = np.broadcast_to(True, len(proposed)) if self._bodies == 1 else unclosed[self._body]
+            proposed[whole] = back[whole]
             self._sweep(state, before, proposed)
             left = self._left_over(state, proposed)
         return np.zeros(self._bodies) if self.closes else left
