@@ -161,6 +161,14 @@ def cube(n=1, triangles=False):
     return voxels(np.ndindex(n, n, n), triangles)
 
 
+def tube(length=4):
+    """A square tube along x, open at both ends, normals outwards."""
+    ring = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    points = [[x, *place] for x in range(length + 1) for place in ring]
+    sides = [(4 * i + j, 4 * i + (j + 1) % 4) for i in range(length) for j in range(4)]
+    return Mesh.from_faces(points, [[a, b, b + 4, a + 4] for a, b in sides])
+
+
 def l_shape(triangles=False):
     """Three unit cubes round a concave edge, from (1, 1, 0) to (1, 1, 1)."""
     return voxels([(0, 0, 0), (1, 0, 0), (0, 1, 0)], triangles)

@@ -92,32 +92,19 @@ def test_a_void_inside_is_outside():
     np.testing.assert_allclose(distance([[2.5, 2.5, 2.4], [2.5, 2.5, 1.5]]), [0.4, -0.5])
 
 
-def test_open_channels_go_on_beyond_their_ends():
-    # A square tube, open at both ends, normals outwards.
-    x, ring = np.arange(5.0), np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    points = np.array([[a, *r] for a in x for r in ring])
-    faces = [
-        [4 * i + j, 4 * i + (j + 1) % 4, 4 * i + 4 + (j + 1) % 4, 4 * i + 4 + j]
-        for i in range(4)
-        for j in range(4)
-    ]
-    tube = Mesh.from_faces(points, faces)
-    distance = SignedDistance(meshes.polydata(tube))
+def test_lids_close_open_channels():
+    distance = SignedDistance(meshes.polydata(meshes.tube()))
     assert not distance.closed
     assert "8 boundary edges" in distance.notes[0]
-    found = distance([[2, 0.5, 0.4], [-0.2, 0.5, 0.4], [-0.2, 1.5, 0.5], [2, 0.5, 1.25], [4, 0.5, 0.5]])
-    assert np.sign(found).tolist() == [-1, -1, 1, 1, -1]
-    np.testing.assert_allclose(np.abs(found)[[0, 3, 4]], [0.4, 0.25, 0.5])
+    assert "2 lids close it" in distance.notes[0]
+    points = queries(low=-1, high=5)
+    np.testing.assert_allclose(distance(points), box_distance(points, 0, np.array([4, 1, 1])), atol=1e-12)
+    np.testing.assert_allclose(distance.tree(points), distance(points), atol=1e-12)
     # Open and inside out.
-    turned = SignedDistance(meshes.polydata(Mesh.from_faces(points, [face[::-1] for face in faces])))
+    inside_out = Mesh.from_faces(meshes.tube().points, [face[::-1] for face in meshes.lists(meshes.tube())])
+    turned = SignedDistance(meshes.polydata(inside_out))
     assert turned.turned
-    np.testing.assert_array_equal(turned(queries()), distance(queries()))
-
-
-def test_a_sheet_has_two_sides():
-    distance = SignedDistance(meshes.polydata(meshes.sheet(4, 4)))
-    assert not distance.turned
-    np.testing.assert_allclose(distance([[1.3, 2.2, 0.7], [1.3, 2.2, -0.7]]), [0.7, -0.7])
+    np.testing.assert_allclose(turned(points), distance(points), atol=1e-12)
 
 
 def test_points_in_one_place_are_one():
@@ -175,18 +162,19 @@ def with_a_wall():
     return Mesh.from_faces(mesh.points, [*meshes.lists(mesh), wall])
 
 
-def touching_otherwise():
-    # The walls between are split along other diagonals.
-    box = meshes.cube(2, triangles=True)
-    return meshes.joined(box, box.with_points(box.points + np.array([2.0, 0, 0])))
+def with_an_inverted_solid():
+    box = meshes.cube(1, triangles=True)
+    faces = [face[::-1] for face in meshes.lists(box)]
+    return meshes.joined(box.with_points(3 * box.points), Mesh.from_faces(box.points + 2.5, faces))
 
 
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
         (meshes.misoriented, "edges of the installation space join faces that are turned"),
-        (flat, "encloses no volume"),
-        (touching_otherwise, "Solids touch inside the installation space: .* unite"),
+        (flat, "is closed but encloses no volume"),
+        (lambda: meshes.sheet(4, 4), "is open and encloses no volume; close its openings"),
+        (with_an_inverted_solid, "Faces of the installation space point into it .* orient every solid"),
         (with_a_wall, "4 edges of the installation space"),
         (meshes.folded_quads, "no usable surface: .*cross themselves"),
     ],

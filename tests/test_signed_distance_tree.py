@@ -24,7 +24,7 @@ SPACES = {
     "sphere": lambda: meshes.icosphere(2),
     "spikes": spiky,
     "thin": lambda: spiky().with_points(spiky().points * [1, 1, 1e-3]),
-    "open": lambda: meshes.sheet(6, 6, jitter=0.2, bump=2.0),
+    "open": lambda: meshes.tube(),
     "far away": lambda: meshes.cube(2).with_points(meshes.cube(2).points + 1e4),
 }
 

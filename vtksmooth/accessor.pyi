@@ -1354,10 +1354,12 @@ class VtksmoothAccessor:
         """Count the vertices of a mesh outside its installation space, and the triangles that cross it.
 
         Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
-        angle-weighted pseudonormals; where compiled code finds another sign, at slivers, the winding number of a
-        closed space decides. A triangle whose corners are all inside may still be pierced, by a concave
-        corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
-        ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and beyond it.
+        angle-weighted pseudonormals; where compiled code finds another sign, at slivers, and in spaces of solids
+        that overlap or touch, the winding number decides: inside is where it is 1 or more. Lids close the
+        openings of an open space, and count as its walls. A triangle whose corners are all inside may still be
+        pierced, by a concave corner of the space; that is tested triangle against triangle. Polygons count as the
+        triangles that ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and
+        beyond it.
 
         Parameters
         ----------

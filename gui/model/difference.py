@@ -12,7 +12,6 @@ from vtksmooth.filters.arrays import points_of
 from vtksmooth.filters.signed_distance import SignedDistance
 from vtksmooth.kernels.closest_point import ClosestPoint
 from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
 
 from .state import State
 
@@ -75,5 +74,5 @@ def _signed(mesh: Mesh, used: npt.NDArray[Any], other: State) -> Values | None:
     if not space.closed:
         return None
     signed = np.full(mesh.n_points, np.nan)
-    signed[used] = SignedDistanceTree(space.mesh)(mesh.points[used])
+    signed[used] = space.tree(mesh.points[used])
     return signed

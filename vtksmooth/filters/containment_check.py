@@ -10,7 +10,6 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.crossings import crossing_triangles
 from ..kernels.triangulate import triangulate
-from ..kernels.winding_number import winding_number
 from .arrays import vtk_array
 from .base import Filter, add_field, output_like
 from .parameter import Parameter
@@ -26,20 +25,20 @@ def _settle_signs(
     tolerance: float,
 ) -> None:
     far = np.flatnonzero(np.abs(distances) > tolerance)  # and not NaN
-    triangles = space.mesh.connectivity.reshape(-1, 3)
-    for v in far[(space.tree(points[far]) > 0.0) != (distances[far] > 0.0)]:
-        inside = winding_number(space.mesh.points, triangles, points[v]) > 0.5
-        distances[v] = -abs(distances[v]) if inside else abs(distances[v])
+    doubtful = far[(space.tree(points[far]) > 0.0) != (distances[far] > 0.0)]
+    distances[doubtful] = space.with_signs(points[doubtful], distances[doubtful])
 
 
 class ContainmentCheck(Filter):
     """Count the vertices of a mesh outside its installation space, and the triangles that cross it.
 
     Adds the point array ``SignedDistance`` (float64, negative inside). Distances are VTK's, with signs by
-    angle-weighted pseudonormals; where compiled code finds another sign, at slivers, the winding number of a
-    closed space decides. A triangle whose corners are all inside may still be pierced, by a concave
-    corner of the space; that is tested triangle against triangle. Polygons count as the triangles that
-    ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and beyond it.
+    angle-weighted pseudonormals; where compiled code finds another sign, at slivers, and in spaces of solids
+    that overlap or touch, the winding number decides: inside is where it is 1 or more. Lids close the
+    openings of an open space, and count as its walls. A triangle whose corners are all inside may still be
+    pierced, by a concave corner of the space; that is tested triangle against triangle. Polygons count as the
+    triangles that ValenceTriangulation makes of them. Source: the installation-space paper, section 6, and
+    beyond it.
 
     Guarantees
     ----------
@@ -88,8 +87,7 @@ class ContainmentCheck(Filter):
         distances = np.full(mesh.n_points, np.nan)
         finite = np.isfinite(mesh.points).all(axis=1)
         distances[finite] = space(mesh.points[finite], lambda part: self.progress(0.1 + 0.6 * part))
-        if space.closed:
-            _settle_signs(space, mesh.points, distances, tolerance)
+        _settle_signs(space, mesh.points, distances, tolerance)
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)
         used = distances[np.flatnonzero(np.bincount(triangles.ravel()))]

@@ -14,9 +14,13 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDistance
 
 from ..errors import InvalidMeshError
+from ..kernels.arrangement import arrange
+from ..kernels.closest_point import ClosestPoint
+from ..kernels.hole_filling import lid, rims
 from ..kernels.mesh import Mesh
 from ..kernels.signed_distance import SignedDistanceTree
 from ..kernels.triangulate import triangulate
+from ..kernels.winding_number import WindingNumber
 from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
@@ -32,28 +36,33 @@ _BATCH = 16_384
 
 
 class SignedDistance:
-    """The distance of points to a surface, negative inside.
+    """The distance of points to the boundary of an installation space, negative inside.
 
-    Distances come from VTK's cell locator, signs from angle-weighted pseudonormals
-    (vtkImplicitPolyDataDistance; J. A. Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle
-    Weighted Pseudonormal", 2005), so they are right at faces, edges and vertices. Where the surface is
-    open, the sign beyond a hole is that of the faces at its rim, continued.
+    Inside is where the winding number of the space is 1 or more. So solids that overlap, touch or lie within
+    each other are one, without walls between them; a shell whose normals point inwards, within a solid, is a
+    cavity; and an opening is closed by a lid, of least area on triangles between the points of its rim, which
+    is a wall as any other.
+
+    Distances come from VTK's cell locator. Where all faces bound the inside, signs come from angle-weighted
+    pseudonormals (vtkImplicitPolyDataDistance; J. A. Baerentzen, H. Aanaes, "Signed Distance Computation
+    Using the Angle Weighted Pseudonormal", 2005), otherwise, and where compiled code finds another sign, from
+    the winding number.
 
     Parameters
     ----------
     space : vtkPolyData
-        The surface, normals outwards. Points in one place count as one; two faces that cover each other,
-        turned against each other, as where solids touch, count as none; polygons are taken as
-        triangles. A surface that is inside out is turned; an open one is judged as if cones closed its holes.
+        The surface, normals outwards. Points in one place count as one; polygons are taken as triangles. A
+        surface that is inside out is turned.
     name : str
         What errors and notes call it.
 
     Attributes
     ----------
     mesh : Mesh
-        The triangles that distances are measured to, normals outwards.
+        The triangles that distances are measured to, normals outwards. If faces cross, overlap or touch along
+        lines, those of the parts that bound the inside, which need not share points.
     closed : bool
-        Whether every edge has faces on both sides.
+        Whether every edge has faces on both sides, without lids.
     turned : bool
         Whether the surface was inside out.
     notes : list of str
@@ -62,9 +71,8 @@ class SignedDistance:
     Raises
     ------
     InvalidMeshError
-        The surface has no faces, encloses nothing although closed, has faces that are turned against
-        their neighbours, polygons that cross themselves, or walls inside where solids touch whose faces
-        do not match.
+        The surface has no faces, encloses nothing even with lids, has faces that are turned against
+        their neighbours, solids that are turned against others, or polygons that cross themselves.
 
     Examples
     --------
@@ -81,10 +89,10 @@ class SignedDistance:
         try:
             polygons = _merged(space)
             borders, clashes, crowded = _edges(polygons)
-            if len(crowded):
+            if crowded:
                 polygons = _without_double_walls(polygons)
-                borders, clashes, crowded = _edges(polygons)
-            triangles, cell = triangulate(polygons)
+                borders, clashes, _ = _edges(polygons)
+            triangles, _ = triangulate(polygons)
         except InvalidMeshError as error:
             raise InvalidMeshError(f"The {name} is no usable surface: {error}") from error
         mesh = Mesh.from_faces(polygons.points, triangles)
@@ -94,20 +102,40 @@ class SignedDistance:
                 "doubled; clean it and orient its faces so that all normals point outwards."
             )
         self.closed = not len(borders)
-        volume, least = _enclosed_volume(mesh, borders), 1e-12 * mesh.diagonal**3
-        if self.closed and abs(volume) <= least:
-            raise InvalidMeshError(f"The {name} is closed but encloses no volume.")
-        self.turned = volume < -least
+        least = 1e-12 * mesh.diagonal**3
+        self.turned = _enclosed_volume(mesh, borders) < -least
         if self.turned:
             self.notes.append(f"The {name} is inside out: it was turned.")
-            mesh = Mesh(mesh.points, mesh.offsets, _turned(mesh.connectivity))
+            mesh, borders = _turned(mesh), borders[:, ::-1]
         if not self.closed:
+            openings = rims(borders[:, ::-1])
+            lids = [lid(mesh.points, rim) for rim in openings]
+            mesh = Mesh.from_faces(mesh.points, np.concatenate((mesh.connectivity.reshape(-1, 3), *lids)))
             self.notes.append(
-                f"The {name} is open ({len(borders)} boundary edges): beyond a hole, inside is where the "
-                "faces at its rim say."
+                f"The {name} is open ({len(borders)} boundary edges): {len(openings)} "
+                + (
+                    "lid closes it, and counts as a wall."
+                    if len(openings) == 1
+                    else "lids close it, and count as walls."
+                )
             )
-        self.mesh = mesh
-        self._check_walls(name, np.flatnonzero(np.isin(cell, crowded)))
+        self._surface = ClosestPoint(mesh)
+        near = max(1e-10 * mesh.diagonal, 0.25 * touching_distance(0.0, mesh, space))
+        found = arrange(mesh, self._surface, near)
+        if found.mesh is None or not _enclosed_volume(found.mesh) > least:
+            raise InvalidMeshError(
+                f"The {name} is closed but encloses no volume."
+                if self.closed
+                else f"The {name} is open and encloses no volume; close its openings."
+            )
+        if found.inverted:
+            raise InvalidMeshError(
+                f"Faces of the {name} point into it and are not those of a cavity; orient every solid so "
+                "that its normals point outwards."
+            )
+        self.mesh, self._cut = found.mesh, found.winding
+        if found.mesh is not mesh:
+            self._surface = ClosestPoint(found.mesh)
 
     @cached_property
     def _function(self) -> vtkImplicitPolyDataDistance:
@@ -121,24 +149,11 @@ class SignedDistance:
     @cached_property
     def tree(self) -> SignedDistanceTree:
         """The same distances in compiled code, on all threads, for whoever asks for millions."""
-        return SignedDistanceTree(self.mesh)
+        return SignedDistanceTree(self._surface, self._cut)
 
-    def _check_walls(self, name: str, suspects: npt.NDArray[np.int64]) -> None:
-        # Just above a face is outside, unless another face covers it: the wall of a solid that touches.
-        if not len(suspects):
-            return
-        a, b, c = (self.mesh.points[self.mesh.connectivity[i::3][suspects]] for i in range(3))
-        normals = np.cross(b - a, c - a)
-        area = np.linalg.norm(normals, axis=1)
-        proper = area > 1e-9 * self.mesh.diagonal**2
-        height = 1e-6 * np.sqrt(area[proper]) / area[proper]
-        above = ((a + b + c) / 3.0)[proper] + height[:, None] * normals[proper]
-        covered = int((self(above) < 0.0).sum())
-        if covered:
-            raise InvalidMeshError(
-                f"Solids touch inside the {name}: {covered} of its triangles are covered by others; unite "
-                "the solids, so that only the outer surface is left."
-            )
+    @cached_property
+    def _winding(self) -> WindingNumber:
+        return self._cut or WindingNumber(self.mesh.points, self.mesh.connectivity.reshape(-1, 3))
 
     def __call__(
         self, points: npt.ArrayLike, progress: Callable[[float], None] = lambda fraction: None
@@ -154,7 +169,12 @@ class SignedDistance:
             batch = slice(first, first + _BATCH)
             self._function.FunctionValue(vtk_array(points[batch]), found)
             result[batch] = vtk_to_numpy(found)
-        return result
+        return result if self._cut is None else self.with_signs(points, result)
+
+    def with_signs(self, points: Float64, distances: Float64) -> Float64:
+        """Return the distances (q,) of `points` (q, 3) with signs by the winding number."""
+        away = np.abs(distances)
+        return np.where(self._winding.inside(points, away), -away, away)
 
 
 def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, SignedDistance, float]:
@@ -251,11 +271,11 @@ def _merged(space: Any) -> Mesh:
     return surface_of(clean.GetOutput()).mesh
 
 
-def _edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int, npt.NDArray[np.int64]]:
+def _edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int, int]:
     """Look at the edges.
 
-    Returns those with one face, (b, 2), how many others do not run as often back as forth, and the faces at
-    edges with more than two faces.
+    Returns those with one face, (b, 2), from where to where it runs; how many others do not run as often back
+    as forth; and how many have more than two faces.
     """
     start = mesh.connectivity.astype(np.int64)
     after = np.arange(1, len(start) + 1)
@@ -263,11 +283,10 @@ def _edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int, npt.NDArray[np.int64
     after[mesh.offsets[1:][full] - 1] = mesh.offsets[:-1][full]
     end = start[after]
     keys = np.minimum(start, end) * mesh.n_points + np.maximum(start, end)
-    edges, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
+    _, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     balance = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
-    borders = np.column_stack(np.divmod(edges[count == 1], mesh.n_points))
-    face = np.repeat(np.arange(mesh.n_faces), mesh.face_sizes)
-    return borders, int(((count > 1) & (balance != 0.0)).sum()), np.unique(face[count[edge] > 2])
+    borders = np.column_stack((start, end))[count[edge] == 1]
+    return borders, int(((count > 1) & (balance != 0.0)).sum()), int((count > 2).sum())
 
 
 def _without_double_walls(mesh: Mesh) -> Mesh:
@@ -289,12 +308,15 @@ def _without_double_walls(mesh: Mesh) -> Mesh:
     return Mesh.from_arrays(mesh.points, offsets, mesh.connectivity[np.repeat(kept, mesh.face_sizes)])
 
 
-def _enclosed_volume(mesh: Mesh, borders: npt.NDArray[np.int64]) -> float:
+def _enclosed_volume(mesh: Mesh, borders: npt.ArrayLike = ()) -> float:
     """Return the signed volume; of an open surface with its holes closed by cones to the borders' middle."""
-    middle = mesh.points[borders.ravel() if len(borders) else mesh.connectivity].mean(axis=0)
+    rim = np.asarray(borders, np.int64).ravel()
+    middle = mesh.points[rim if len(rim) else mesh.connectivity].mean(axis=0)
     a, b, c = (mesh.points[mesh.connectivity[i::3]] - middle for i in range(3))
     return float(np.einsum("ij,ij", a, np.cross(b, c)) / 6.0)
 
 
-def _turned(connectivity: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    return np.ascontiguousarray(connectivity.reshape(-1, 3)[:, ::-1]).ravel()
+def _turned(mesh: Mesh) -> Mesh:
+    return Mesh(
+        mesh.points, mesh.offsets, np.ascontiguousarray(mesh.connectivity.reshape(-1, 3)[:, ::-1]).ravel()
+    )

@@ -23,7 +23,7 @@ class Guard(NamedTuple):
 
     Attributes
     ----------
-    tree, normals : tuple
+    tree, normals, winding : tuple
         Of :class:`~vtksmooth.kernels.signed_distance.SignedDistanceTree`.
     known : (n, 4) float64
         For each vertex a place and the signed distance there: the last one that was asked for.
@@ -44,6 +44,7 @@ class Guard(NamedTuple):
 
     tree: Any
     normals: Any
+    winding: Float64
     known: Float64
     limit: Float64
     slack: Float64
@@ -81,17 +82,17 @@ def room_at(guard, v, x, y, z, stack):  # type: ignore[no-untyped-def]
 
     Less than nothing if it may not even be there.
     """
-    known, tree, normals = guard.known, guard.tree, guard.normals
+    known, tree, normals, winding = guard.known, guard.tree, guard.normals, guard.winding
     limit = guard.limit[v]
     bound = bound_at(known, v, x, y, z)
     if bound <= limit:
         return limit - bound, 0
-    room, distance = room_in_vicinity(guard.vicinities, tree, normals, v, x, y, z, limit)
+    room, distance = room_in_vicinity(guard.vicinities, tree, normals, winding, v, x, y, z, limit)
     asked = 0
     if np.isnan(room):
         # |d| changes by no more than the way either: the surface is no farther than that.
         most = bound - known[v, 3] + abs(known[v, 3])
-        distance = signed_distance(tree, normals, x, y, z, most, stack)
+        distance = signed_distance(tree, normals, winding, x, y, z, most, stack)
         asked = 1
         room = limit - distance
     if distance <= limit:
@@ -287,7 +288,7 @@ def guard_of(
     places, limits = np.asarray(known, np.float64), np.asarray(limit, np.float64)
     exact = separation is not None
     return Guard(
-        space.tree, space.normals, places, limits, np.maximum(0.0, limits - places[:, 3]),
+        space.tree, space.normals, space.winding, places, limits, np.maximum(0.0, limits - places[:, 3]),
         no_vicinities(len(places)), float(tolerance), active, exact, separation or no_triangles(),
     )  # fmt: skip
 

@@ -6,29 +6,28 @@ this tree; it is tested against VTK's answers, signs included.
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 import numpy.typing as npt
 
-from . import adjacency, parallel
+from . import parallel
 from .closest_point import ClosestPoint, closest_of, query
 from .compiled import device, kernel
-from .measure import is_closed
 from .mesh import Mesh
+from .winding_number import WindingNumber, inside_at
 
 Float64 = npt.NDArray[np.float64]
 
 
 @device
-def signed_distance(tree, normals, x, y, z, most, stack):  # type: ignore[no-untyped-def]
-    """Signed distance to the surface whose `tree` and `normals` a :class:`SignedDistanceTree` holds.
+def signed_distance(tree, normals, winding, x, y, z, most, stack):  # type: ignore[no-untyped-def]
+    """Signed distance to the surface of a :class:`SignedDistanceTree`, whose attributes are the first three.
 
     The surface is known to be no farther than `most`, which saves looking farther; infinity will do.
 
     The sign is that of the way from the closest point to (x, y, z) along the pseudonormal there: of the
     face, of the two faces at an edge, of all faces round a vertex, weighted by their angles. J. A.
-    Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal" (2005).
+    Baerentzen, H. Aanaes, "Signed Distance Computation Using the Angle Weighted Pseudonormal" (2005). Where
+    there is a `winding`, it is that of the winding number.
     """
     reach = most * most * (1.0 + 1e-6)
     for _ in range(2):
@@ -36,11 +35,11 @@ def signed_distance(tree, normals, x, y, z, most, stack):  # type: ignore[no-unt
         if f >= 0:
             break
         reach = np.inf  # by rounding it was farther
-    return _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t)
+    return _with_sign(tree, normals, winding, x, y, z, cx, cy, cz, square, f, s, t)
 
 
 @device
-def signed_distance_to(tree, normals, near, first, last, x, y, z, most):  # type: ignore[no-untyped-def]
+def signed_distance_to(tree, normals, winding, near, first, last, x, y, z, most):  # type: ignore[no-untyped-def]
     """Signed distance to the faces ``near[first:last]``, or infinity if none is nearer than `most`."""
     points = tree[0]
     faces = tree[1]
@@ -73,11 +72,16 @@ def signed_distance_to(tree, normals, near, first, last, x, y, z, most):  # type
             closest = f
     if closest < 0:
         return np.inf
-    return _with_sign(tree, normals, x, y, z, cx, cy, cz, best, closest, s, t)
+    return _with_sign(tree, normals, winding, x, y, z, cx, cy, cz, best, closest, s, t)
 
 
 @device
-def _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t):  # type: ignore[no-untyped-def]
+def _with_sign(  # type: ignore[no-untyped-def]
+    tree, normals, winding, x, y, z, cx, cy, cz, square, f, s, t
+):
+    if winding.shape[0] > 0:
+        distance = np.sqrt(square)
+        return -distance if inside_at(winding, x, y, z, distance) else distance
     faces = tree[1]
     row = f
     if s == 0.0 and t == 0.0:
@@ -97,7 +101,9 @@ def _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t):  # type: ig
 
 
 @kernel
-def _signed_distances(starts, ends, tree, normals, points, most, distances):  # type: ignore[no-untyped-def]
+def _signed_distances(  # type: ignore[no-untyped-def]
+    starts, ends, tree, normals, winding, points, most, distances
+):
     # Infinity where the surface is farther than `most`.
     stack = np.empty(128, np.int32)
     reach = np.nextafter(most * most, np.inf)
@@ -108,7 +114,7 @@ def _signed_distances(starts, ends, tree, normals, points, most, distances):  # 
             z = points[i, 2]
             cx, cy, cz, square, f, s, t = query(tree, x, y, z, reach, -1.0, stack)
             distances[i] = (
-                _with_sign(tree, normals, x, y, z, cx, cy, cz, square, f, s, t) if f >= 0 else np.inf
+                _with_sign(tree, normals, winding, x, y, z, cx, cy, cz, square, f, s, t) if f >= 0 else np.inf
             )
 
 
@@ -117,9 +123,13 @@ class SignedDistanceTree:
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or ClosestPoint
         Normals outwards. Points in one place must be one point; an edge between more than two faces
-        takes the sum of their normals.
+        takes the sum of their normals. With a `winding`: what bounds its inside, in parts that need not fit
+        together.
+    winding : WindingNumber, optional
+        A closed surface that tells who is inside: where its winding number is 1 or more. Without one, the
+        nearest face does.
 
     Attributes
     ----------
@@ -127,6 +137,8 @@ class SignedDistanceTree:
     tree : tuple of arrays
     normals : (4 t + n, 3) float64
         What :func:`signed_distance` takes: pseudonormals of faces, of their three sides, of points.
+    winding : (k, 3) float64
+        What it takes as well; empty if the pseudonormals tell who is inside.
 
     Examples
     --------
@@ -139,15 +151,11 @@ class SignedDistanceTree:
     [-0.1, 2.0, 1.414214]
     """
 
-    def __init__(self, mesh: Mesh) -> None:
-        self.surface = ClosestPoint(mesh)
+    def __init__(self, mesh: Mesh | ClosestPoint, winding: WindingNumber | None = None) -> None:
+        self.surface = ClosestPoint(mesh) if isinstance(mesh, Mesh) else mesh
         self.tree = self.surface.tree
         self.normals = _pseudonormals(self.tree[0], self.tree[1])
-
-    @cached_property
-    def closed(self) -> bool:
-        """Whether the surface bounds a volume."""
-        return is_closed(adjacency.build(Mesh.from_faces(self.tree[0], self.tree[1])))
+        self.winding = np.empty((0, 3)) if winding is None else winding.packed
 
     def __call__(self, points: npt.ArrayLike, most: float = np.inf) -> Float64:
         """Return the signed distances (q,) of `points` (q, 3), model units; infinity beyond `most`.
@@ -158,7 +166,8 @@ class SignedDistanceTree:
         distances = np.empty(len(points))
         parallel.run(
             _signed_distances, *parallel.ranges(len(points)),
-            self.tree, self.normals, points, float(most), distances, smallest_share=parallel.COSTLY,
+            self.tree, self.normals, self.winding, points, float(most), distances,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip
         return distances
 

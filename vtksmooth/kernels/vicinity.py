@@ -81,7 +81,7 @@ def no_vicinities(n: int) -> Vicinities:
 
 
 @device
-def room_in_vicinity(kept, tree, normals, v, x, y, z, limit):  # type: ignore[no-untyped-def]
+def room_in_vicinity(kept, tree, normals, winding, v, x, y, z, limit):  # type: ignore[no-untyped-def]
     """Return how far vertex v may go from (x, y, z), and its signed distance there, if it had to be found.
 
     Less than nothing if its signed distance is greater than `limit`. NaN, and more is wanted, if what is
@@ -109,7 +109,7 @@ def room_in_vicinity(kept, tree, normals, v, x, y, z, limit):  # type: ignore[no
                 if kept.convex[row] and highest > limit:
                     return limit - highest, np.nan
             distance = signed_distance_to(
-                tree, normals, kept.faces, kept.first[row], kept.last[row], x, y, z, left
+                tree, normals, winding, kept.faces, kept.first[row], kept.last[row], x, y, z, left
             )
             if distance < np.inf:
                 return limit - distance, distance
@@ -124,7 +124,7 @@ def _height(others, u, normal, x, y, z):  # type: ignore[no-untyped-def]
 
 @device
 def _find_planes(  # type: ignore[no-untyped-def]
-    tree, normals, near, size, x, y, z, nearest, reach, limit, tolerance, planes, row
+    tree, normals, winding, near, size, x, y, z, nearest, reach, limit, tolerance, planes, row
 ):
     """Write to planes[row] those behind which all within `reach` of (x, y, z) are inside.
 
@@ -189,7 +189,7 @@ def _find_planes(  # type: ignore[no-untyped-def]
     if not deep > _SHALLOW * reach:
         return 0, False
     distance = signed_distance_to(
-        tree, normals, near, 0, size, x + ux, y + uy, z + uz, reach - 0.4 * (reach - nearest)
+        tree, normals, winding, near, 0, size, x + ux, y + uy, z + uz, reach - 0.4 * (reach - nearest)
     )
     if not distance < 0.0:
         return 0, False
@@ -200,7 +200,20 @@ def _find_planes(  # type: ignore[no-untyped-def]
 
 @kernel
 def _gather(  # type: ignore[no-untyped-def]
-    starts, ends, chosen, points, offsets, ring, known, tree, normals, closed, limit, tolerance, kept, size
+    starts,
+    ends,
+    chosen,
+    points,
+    offsets,
+    ring,
+    known,
+    tree,
+    normals,
+    winding,
+    limit,
+    tolerance,
+    kept,
+    size,
 ):
     # For each of the chosen vertices how many faces are within reach; and which, one after another, and how
     # many in all.
@@ -253,11 +266,10 @@ def _gather(  # type: ignore[no-untyped-def]
             if size[i] == 0:
                 continue
             reaches[row] = reach
-            if closed:
-                held[row], convex[row] = _find_planes(
-                    tree, normals, near, size[i], x, y, z, np.sqrt(nearest), reach, limit, tolerance,
-                    planes, row,
-                )  # fmt: skip
+            held[row], convex[row] = _find_planes(
+                tree, normals, winding, near, size[i], x, y, z, np.sqrt(nearest), reach, limit, tolerance,
+                planes, row,
+            )  # fmt: skip
             if total + size[i] > faces.size:
                 faces = longer(faces, total)
             for c in range(size[i]):
@@ -293,7 +305,8 @@ def refreshed(
     size = np.empty(len(chosen), np.int64)
     found: list[Any] = parallel.run(
         _gather, *parallel.ranges(len(chosen), 512), chosen, points, near.ring_offsets, near.ring, known,
-        space.tree, space.normals, space.closed, limit, tolerance, kept, size, smallest_share=parallel.COSTLY,
+        space.tree, space.normals, space.winding, limit, tolerance, kept, size,
+        smallest_share=parallel.COSTLY,
     )  # fmt: skip
     # What vertices had before stays behind, unused.
     last = kept.filled + np.cumsum(size)
