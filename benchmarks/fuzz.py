@@ -6,8 +6,8 @@
 Every case follows from its kind, the seed and its number: ``--only files --first 4711 --files 1`` does one
 again and prints what was wrong. Cases run in processes of their own, with a limit on time and memory; a
 process that dies or hangs is ended with all that it started, and is one finding. With a journal a run that
-was stopped goes on where it ended. Writes docs/fuzz.md; ends with status 1 where something was wrong. Linux
-only.
+was stopped goes on where it ended, and cases in which something was wrong are done again. Writes docs/fuzz.md;
+ends with status 1 where something was wrong. Linux only.
 """
 
 from __future__ import annotations
@@ -678,10 +678,16 @@ def _versions() -> str:
 
 
 def _read_journal(path: Path | None, seed: int) -> list[Outcome]:
+    """Return the cases in which nothing was wrong; others are done again."""
     if path is None or not path.exists():
         return []
     entries = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    return [Outcome(**entry["outcome"]) for entry in entries if entry["seed"] == seed]
+    outcomes = {}
+    for entry in entries:
+        if entry["seed"] == seed:
+            outcome = Outcome(**entry["outcome"])
+            outcomes[outcome.kind, outcome.number] = outcome
+    return [outcome for outcome in outcomes.values() if not outcome.findings]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
