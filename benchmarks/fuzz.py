@@ -5,9 +5,9 @@
 
 Every case follows from its kind, the seed and its number: ``--only files --first 4711 --files 1`` does one
 again and prints what was wrong. Cases run in processes of their own, with a limit on time and memory; a
-process that dies or hangs is ended with all that it started, and is one finding. With a journal a run that
-was stopped goes on where it ended, and cases in which something was wrong are done again. Writes docs/fuzz.md;
-ends with status 1 where something was wrong. Linux only.
+process that dies or hangs is ended with all that it started, and is one finding. With a journal a run
+that was stopped goes on where it ended, and cases in which something was wrong are done again. Writes
+docs/fuzz.md; ends with status 1 where something was wrong. Linux only.
 """
 
 from __future__ import annotations

@@ -395,15 +395,17 @@ class _Reader:
     def _add_array(self, data: Any, entry: dict[str, Any], size: int | None) -> None:
         if "text" in entry:
             words = entry["text"]
-            # VTK ends the process where a text is none.
+            # VTK ends the process where a text is none, or cannot be written as UTF-8.
             if not all(isinstance(word, str) for word in words):
                 raise ValueError(f"the array {entry['name']!r} holds other than texts")
+            "".join(words).encode()  # a ValueError where one cannot be
             components = max(1, len(words) // size) if size else 1
             if size is not None and len(words) != components * size:
                 raise ValueError(f"the array {entry['name']!r} has {len(words)} values for {size}")
             text = vtkStringArray()
             text.SetNumberOfComponents(components)
-            text.SetName(entry["name"])
+            if entry["name"] is not None:
+                text.SetName(entry["name"])
             for word in words:
                 text.InsertNextValue(word)
             data.AddArray(text)

@@ -342,6 +342,7 @@ def test_a_newer_session_that_cannot_be_understood_says_to_update(document, tmp_
         lambda manifest: manifest["states"][1]["point_data"].append({"name": "t", "text": [None] * 99}),
         lambda manifest: manifest["states"][1]["point_data"].append({"name": "t", "text": ["a"]}),
         lambda manifest: manifest["states"][1]["field_data"].append({"name": "t", "text": [{}]}),
+        lambda manifest: manifest["states"][1]["field_data"].append({"name": None, "text": ["\ud800"]}),
     ],
 )
 def test_damage_is_one_sentence(document, tmp_path, damage):

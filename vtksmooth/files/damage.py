@@ -74,8 +74,9 @@ def check_cells(name: object, cells: vtkCellArray | None, n_points: int) -> None
 
 def _check_dimensions(name: object, grid: Any) -> None:
     """Refuse a grid that has not as many points, or coordinates, as its dimensions say."""
-    dimensions = [0, 0, 0]
-    grid.GetDimensions(dimensions)
+    # Not GetDimensions(), which VTK's versions and grids have with other arguments.
+    extent = grid.GetExtent()
+    dimensions = [last - first + 1 for first, last in zip(extent[::2], extent[1::2], strict=True)]
     total = dimensions[0] * dimensions[1] * dimensions[2]
     if isinstance(grid, vtkStructuredGrid):
         points = grid.GetPoints()

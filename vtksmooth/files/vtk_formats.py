@@ -70,6 +70,7 @@ def write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
     with vtk_messages.collected() as messages, vtk_messages.hdf_silence(extension):
         vtk_messages.run(writer)
     code = writer.GetErrorCode()
+    del writer  # VTK 9.4's writer of HDF files writes the end of the file when it goes
     if messages or code:
         raise MeshFileError(
             f"cannot write {name}: {messages[0] if messages else f'error {code} of VTK'}; "

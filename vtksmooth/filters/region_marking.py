@@ -147,7 +147,8 @@ class RegionMarking(Filter):
             return np.asarray(1.0 - blend_weights(mesh.mesh, ~fixed, rings, self.progress))
         if distance is not None:
             away = edge_distances(mesh.mesh.points, mesh.rings, np.flatnonzero(fixed), distance)
-            return np.asarray(np.minimum(1.0, away / distance))
+            with np.errstate(over="ignore"):  # of a distance that is next to none
+                return np.asarray(np.minimum(1.0, away / distance))
         if weights is None:
             return None
         kept = np.where(before & ~fixed, 1.0, weights.astype(np.float64))
