@@ -41,6 +41,7 @@ def changed(index, value):
         (changed((2, 0), -np.inf), OFFSETS, CONNECTIVITY, "NaN or infinite"),
         (changed((0, 1), 1e200), OFFSETS, CONNECTIVITY, "scale"),
         (changed((0, 1), -1e200), OFFSETS, CONNECTIVITY, "scale"),
+        (1e-80 * np.array(TRIANGLE), OFFSETS, CONNECTIVITY, "1e-80 only, .* scale the mesh up"),
     ],
 )
 def test_broken_arrays_are_refused_in_words(points, offsets, connectivity, words):

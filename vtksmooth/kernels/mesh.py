@@ -20,8 +20,8 @@ _INDEX_LIMIT = 2**31 - 1
 #: not move: looking at all of such a face for each of its vertices takes cubic time.
 LARGEST_POLYGON = 64
 
-#: Squares of areas of faces this large (or this small) leave the range of float64.
-_LARGEST_COORDINATE = 1e70
+#: Squares of areas of faces this large or this small leave the range of float64.
+_LARGEST_COORDINATE, _SMALLEST_MESH = 1e70, 1e-70
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ class Mesh:
         ------
         InvalidMeshError
             There are no points or no faces; offsets or indices are no integers, or out of range; a point
-            that a face uses is not finite, or so large that areas overflow.
+            that a face uses is not finite, or so large that areas overflow; all are so small that areas
+            vanish.
         """
         points = np.ascontiguousarray(points, dtype=np.float64)
         raw_offsets, raw_connectivity = np.asarray(offsets), np.asarray(connectivity)
@@ -103,6 +104,10 @@ class Mesh:
     def _check_coordinates(self) -> None:
         # One pass over all points decides nearly always; which of the bad ones matter is asked after.
         largest = np.abs(self.points).max()
+        if 0.0 < largest < _SMALLEST_MESH:
+            raise InvalidMeshError(
+                f"Coordinates go up to {largest:.3g} only, where areas vanish; scale the mesh up."
+            )
         if largest <= _LARGEST_COORDINATE:
             return
         used = self.used_points
