@@ -678,7 +678,7 @@ def _versions() -> str:
 
 
 def _read_journal(path: Path | None, seed: int) -> list[Outcome]:
-    """Return the cases in which nothing was wrong; others are done again."""
+    """Return what came of each case when it was done last."""
     if path is None or not path.exists():
         return []
     entries = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
@@ -687,7 +687,7 @@ def _read_journal(path: Path | None, seed: int) -> list[Outcome]:
         if entry["seed"] == seed:
             outcome = Outcome(**entry["outcome"])
             outcomes[outcome.kind, outcome.number] = outcome
-    return [outcome for outcome in outcomes.values() if not outcome.findings]
+    return list(outcomes.values())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -706,7 +706,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     counts = {kind: getattr(options, kind) for kind in KINDS if options.only in (None, kind)}
     done = _read_journal(options.journal, options.seed)
-    known = {(one.kind, one.number) for one in done}
+    known = {(one.kind, one.number) for one in done if not one.findings}
     todo = [task for task in tasks(counts, options.first) if task not in known]
     begin = time.monotonic()
 
@@ -728,7 +728,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if told[0] % 200 == 0:
                 print(f"{told[0]} of {len(todo)} cases, {time.monotonic() - begin:.0f} s", flush=True)
 
-        done += run(todo, options.seed, options.jobs, 60 * options.minutes, options.patience, tell)
+        again = run(todo, options.seed, options.jobs, 60 * options.minutes, options.patience, tell)
+    done = list({(one.kind, one.number): one for one in (*done, *again)}.values())
     lines = page(done, options.seed)
     print("\n".join(lines))
     options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
