@@ -51,6 +51,8 @@ class RunReport:
     broken : list of str
         Promises of constraints that do not hold, where the run was asked to check; always empty, unless
         something is wrong with the program.
+    merged_points : int
+        Points of the input that lie where another one is: points in one place are one vertex.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
     """
@@ -68,6 +70,7 @@ class RunReport:
     volume_residuals: tuple[float, ...] = ()
     volume_shortened: int = 0
     broken: list[str] = field(default_factory=list)
+    merged_points: int = 0
     irregular: int = 0
 
     def _volume(self) -> str:

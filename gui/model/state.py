@@ -12,8 +12,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtksmooth.errors import InvalidMeshError
-from vtksmooth.filters.arrays import Surface, points_of, surface_of
-from vtksmooth.filters.base import output_like
+from vtksmooth.filters.arrays import Surface, output_like, points_of, surface_of
 from vtksmooth.recipe import Recipe
 
 from .field import Field

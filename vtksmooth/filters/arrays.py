@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkCellData, vtkFieldData, vtkPolyData
 
 from ..errors import InvalidMeshError, ParameterError
 from ..kernels.mesh import Mesh
@@ -250,3 +250,31 @@ def point_array_names(polydata: Any) -> list[str]:
     """Return the names of the point arrays; empty where one has none."""
     data = polydata.GetPointData()
     return [name_of(data.GetAbstractArray(i)) for i in range(data.GetNumberOfArrays())]
+
+
+def output_like(source: Any) -> vtkPolyData:
+    """Return a new polydata that shares everything with `source`; its field data may be added to."""
+    output = vtkPolyData()
+    output.ShallowCopy(source)
+    # VTK shares the *container* of field data between shallow copies.
+    fields = vtkFieldData()
+    fields.ShallowCopy(source.GetFieldData())
+    output.SetFieldData(fields)
+    return output
+
+
+def rows_of(data: Any, rows: npt.NDArray[np.int64]) -> vtkCellData:
+    """Return new cell data with the given rows of `data`."""
+    result = vtkCellData()
+    result.CopyAllOn()
+    result.CopyAllocate(data, len(rows))
+    for i in range(data.GetNumberOfArrays()):
+        old = data.GetAbstractArray(i)
+        new = result.GetAbstractArray(old.GetName()) if old.GetName() else result.GetAbstractArray(i)
+        new.SetNumberOfTuples(len(rows))
+        if old.IsNumeric() and not old.IsA("vtkBitArray"):
+            vtk_to_numpy(new)[:] = vtk_to_numpy(old)[rows]
+        else:
+            for to, row in enumerate(rows.tolist()):
+                new.SetTuple(to, row, old)
+    return result

@@ -15,7 +15,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObject,
     vtkDataSet,
-    vtkFieldData,
     vtkPolyData,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
@@ -23,25 +22,28 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
 from ..kernels.compile_ahead import compiling_ahead
 from . import interruption
-from .arrays import vtk_array
+from .arrays import points_of, vtk_array
+from .normals import renew
 from .parameter import Parameter, add_vtk_access, documentation, parameters_of
+from .places import DUPLICATES, HIDDEN, Block, Joined, Merge, joined, named
 
 #: Least time between two progress events, seconds: observers repaint windows.
 _PROGRESS_INTERVAL = 0.02
 
 
 class Input(NamedTuple):
-    """What an input is: in two words at most, and in a sentence."""
+    """What an input is: in two words at most, in a sentence, and whether it has the points of the first."""
 
     title: str
     description: str
+    same_points: bool = False
 
 
 #: The inputs that filters have, by their names.
 INPUTS = {
     "mesh": Input("mesh", "The mesh."),
     "result": Input("result", "The mesh as it is now."),
-    "original": Input("original", "The mesh from before, with the same points and faces."),
+    "original": Input("original", "The mesh from before, with the same points and faces.", True),
     "installation": Input("installation space", "The installation space, its normals outwards."),
 }
 
@@ -65,6 +67,8 @@ class Filter(VTKPythonAlgorithmBase):
     last_error: BaseException | None = None
     summary: dict[str, Any]
     notes: list[str]
+    #: The surface that :meth:`execute` sees, if that is not the input as it is.
+    whole: Joined | None
 
     #: Name on the command line and in reports.
     command: ClassVar[str] = ""
@@ -76,6 +80,13 @@ class Filter(VTKPythonAlgorithmBase):
     measures: ClassVar[bool] = False
     #: Names of the inputs in the command line's order, where that is another one.
     arguments: ClassVar[tuple[str, ...]] = ()
+    #: Whether :meth:`execute` sees no faces without area, and of faces that cover each other only one, where
+    #: points in one place have become one.
+    clean: ClassVar[bool] = False
+    #: Bits of ``vtkGhostType`` of the cells that :meth:`execute` does not see.
+    skipped: ClassVar[int] = DUPLICATES | HIDDEN
+    #: What becomes of points in one place, for a note.
+    says_of_places: ClassVar[str] = "points in one place count as one."
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -121,13 +132,37 @@ class Filter(VTKPythonAlgorithmBase):
     def execute(self, *inputs: Any) -> Any:
         """Return the output for vtkPolyData `inputs`, which must not be changed.
 
-        A vtkPolyData; with several outputs a tuple of them.
+        A vtkPolyData; with several outputs a tuple of them. Where points of the input coincide, or it is in
+        blocks or has ghost cells, the first of `inputs` is one surface made of it, see :attr:`whole`.
         """
         raise NotImplementedError
 
     def forget(self) -> None:
         """Drop what the last execution reported: a run that fails must not show figures of the one before."""
-        self.summary, self.notes = {}, []
+        self.summary, self.notes, self.whole = {}, [], None
+
+    def check(self, *inputs: Any) -> None:
+        """Raise what is wrong with one block of the inputs."""
+
+    def prepared(self, block: Block) -> Any:
+        """Return the vtkPolyData to work on in place of a block, with the same points."""
+        return block.data
+
+    def merges(self) -> dict[str, Merge]:
+        """Return what becomes of point arrays where several points are one."""
+        return {}
+
+    def points_given(self, source: Any) -> int:
+        """Return how many points the input has, of which `source` is what :meth:`execute` sees."""
+        return source.GetNumberOfPoints() if self.whole is None else int(self.whole.counted.sum())
+
+    def edge_arrays(self) -> list[str]:
+        """Return the names of field arrays that hold pairs of points."""
+        return []
+
+    def spread(self, results: tuple[Any, ...], whole: Joined) -> list[tuple[Any, ...]]:
+        """Return the outputs for each block, of those for the whole surface."""
+        return [(output,) for output in whole.spread(results[0], keep_precision=True)]
 
     def progress(self, fraction: float, what: str = "") -> None:
         """Report progress (0 to 1) to VTK's observers.
@@ -337,61 +372,126 @@ class Filter(VTKPythonAlgorithmBase):
         return InvalidMeshError(f"The {title} must be polydata, not {type(data).__name__}; {remedy}.")
 
     def _execute_all(self, sources: list[Any], outputs: list[Any]) -> None:
-        if not isinstance(sources[0], vtkCompositeDataSet):
-            self._share = (0.0, 1.0)
-            for number, source in enumerate(sources[1:], 2):
-                if isinstance(source, vtkCompositeDataSet):
+        self._share, self.notes = (0.0, 1.0), []
+        main, *others = sources
+        if not isinstance(main, vtkCompositeDataSet):
+            for number, (name, source) in enumerate(zip(self.inputs[1:], others, strict=True), 2):
+                if INPUTS[name].same_points and isinstance(source, vtkCompositeDataSet):
                     raise InvalidMeshError(
                         f"Input {number} is composite and input 1 is not; merge its blocks into one polydata."
                     )
-            for output, result in zip(outputs, self._execute_tuple(sources), strict=True):
+            results = self._execute_blocks([Block(None, main)], [others])[0]
+            for output, result in zip(outputs, results, strict=True):
                 output.ShallowCopy(result)
             return
+        blocks, seconds = self._blocks(main, others)
+        every = self._execute_blocks(blocks, seconds) if blocks else []
+        made = {block.index: result for block, result in zip(blocks, every, strict=True)}
         for output in outputs:
-            output.CopyStructure(sources[0])
-        leaves = sources[0].NewIterator()
-        total = done = 0
-        leaves.InitTraversal()
-        while not leaves.IsDoneWithTraversal():
-            total += 1
-            leaves.GoToNextItem()
-        leaves.InitTraversal()
-        while not leaves.IsDoneWithTraversal():
-            self._share = (done / total, (done + 1) / total)
-            # A second input that is no composite belongs to every block.
-            blocks = [
-                source.GetDataSet(leaves) if isinstance(source, vtkCompositeDataSet) else source
-                for source in sources
-            ]
-            results = self._execute_block(leaves.GetCurrentFlatIndex(), blocks)
-            for output, result in zip(outputs, results, strict=True):
-                output.SetDataSet(leaves, result)
-            done += 1
-            leaves.GoToNextItem()
-
-    def _execute_tuple(self, sources: list[Any]) -> tuple[Any, ...]:
-        result = self.execute(*sources)
-        return result if isinstance(result, tuple) else (result,)
-
-    def _execute_block(self, index: int, blocks: list[Any]) -> tuple[Any, ...]:
-        if not all(isinstance(block, vtkPolyData) for block in blocks):
-            names = ", ".join("nothing" if block is None else _vtk_class(block).__name__ for block in blocks)
-            raise InvalidMeshError(f"Block {index} must be polydata, not {names}; extract its surface first.")
-        if blocks[0].GetNumberOfPolys() + blocks[0].GetNumberOfStrips() == 0:
+            output.CopyStructure(main)
+        for leaf in _leaves(main):
             # Pieces without faces are usual in composite data.
-            return (blocks[0], *(vtkPolyData() for _ in self.outputs[1:]))
-        try:
-            return self._execute_tuple(blocks)
-        except VtksmoothError as error:
-            if isinstance(error, Cancelled):
-                raise
-            raise type(error)(f"Block {index}: {error}") from error
+            nothing = (leaf.GetCurrentDataObject(), *(vtkPolyData() for _ in self.outputs[1:]))
+            for output, result in zip(outputs, made.get(leaf.GetCurrentFlatIndex(), nothing), strict=True):
+                output.SetDataSet(leaf, result)
+
+    def _blocks(self, main: Any, others: list[Any]) -> tuple[list[Block], list[list[Any]]]:
+        """Return the blocks that have faces, and the further inputs of each."""
+        blocks, seconds = [], []
+        for leaf in _leaves(main):
+            index = leaf.GetCurrentFlatIndex()
+            data = [leaf.GetCurrentDataObject()]
+            for name, source in zip(self.inputs[1:], others, strict=True):
+                # One that is no composite belongs to every block; so does an installation space in blocks.
+                paired = isinstance(source, vtkCompositeDataSet) and INPUTS[name].same_points
+                data.append(source.GetDataSet(leaf) if paired else source)
+            if not all(isinstance(one, vtkPolyData | vtkCompositeDataSet) for one in data):
+                names = ", ".join("nothing" if one is None else _vtk_class(one).__name__ for one in data)
+                raise InvalidMeshError(
+                    f"Block {index} must be polydata, not {names}; extract its surface first."
+                )
+            if data[0].GetNumberOfPolys() + data[0].GetNumberOfStrips():
+                blocks.append(Block(index, data[0]))
+                seconds.append(data[1:])
+        return blocks, seconds
+
+    def _execute_blocks(self, blocks: list[Block], seconds: list[list[Any]]) -> list[tuple[Any, ...]]:
+        """Run :meth:`execute` on blocks as one surface; return the outputs for each of them."""
+        for block, others in zip(blocks, seconds, strict=True):
+            with named(block):
+                self.check(block.data, *others)
+        before = [Block(block.index, self.prepared(block)) for block in blocks]
+        paired = [INPUTS[name].same_points for name in self.inputs[1:]]
+        same = [[other for other, pair in zip(others, paired, strict=True) if pair] for others in seconds]
+        has_faces = before[0].data.GetNumberOfPolys() + before[0].data.GetNumberOfStrips() > 0
+        self.whole = whole = (
+            joined(before, [others[0] for others in same] if any(paired) else None, self.clean, self.skipped)
+            if has_faces
+            else None
+        )
+        further = [
+            whole.like([others[place] for others in seconds])
+            if pair and whole is not None
+            else _one_surface(seconds[0][place])
+            for place, pair in enumerate(paired)
+        ]
+        if whole is not None:
+            whole.take_arrays(self.merges(), self.edge_arrays())
+        result = self.execute(before[0].data if whole is None else whole.polydata, *further)
+        self.whole = None
+        result = result if isinstance(result, tuple) else (result,)
+        results = [result] if whole is None else self.spread(result, whole)
+        if whole is not None and whole.merged_points:
+            self.notes.insert(
+                0, f"{whole.merged_points} points lie where another one is: {self.says_of_places}"
+            )
+        after = [outputs[0] for outputs in results]
+        if any(_reshaped(old.data, new) for old, new in zip(before, after, strict=True)):
+            place = whole.place if whole is not None and whole.merged_points else None
+            self.notes += renew([block.data for block in before], after, place)
+        return results
 
     def _say(self, message: str) -> None:
         if self.HasObserver("ErrorEvent"):
             self.InvokeEvent("ErrorEvent", message)
         elif not self._will_raise:
             vtkOutputWindow.GetInstance().DisplayErrorText(message + "\n")
+
+
+def _leaves(composite: Any) -> Iterator[Any]:
+    """Go through the blocks of composite data that are there."""
+    leaves = composite.NewIterator()
+    leaves.InitTraversal()
+    while not leaves.IsDoneWithTraversal():
+        yield leaves
+        leaves.GoToNextItem()
+
+
+def _one_surface(source: Any) -> Any:
+    """Return an input in blocks as one polydata; one that is in one piece as it is."""
+    if not isinstance(source, vtkCompositeDataSet):
+        return source
+    blocks = []
+    for leaf in _leaves(source):
+        data, index = leaf.GetCurrentDataObject(), leaf.GetCurrentFlatIndex()
+        if not isinstance(data, vtkPolyData):
+            raise InvalidMeshError(
+                f"Block {index} must be polydata, not {_vtk_class(data).__name__}; extract its surface first."
+            )
+        if data.GetNumberOfPolys() + data.GetNumberOfStrips():
+            blocks.append(Block(index, data))
+    if not blocks:
+        raise InvalidMeshError("The mesh has no faces; smoothing needs a surface of polygons.")
+    whole = joined(blocks, None, False, DUPLICATES | HIDDEN)
+    return blocks[0].data if whole is None else whole.polydata
+
+
+def _reshaped(before: Any, after: Any) -> bool:
+    """Return whether a filter has moved points or changed faces."""
+    return before.GetPolys() is not after.GetPolys() or (
+        before.GetPoints() is not after.GetPoints()
+        and not np.array_equal(points_of(before), points_of(after), equal_nan=True)
+    )
 
 
 def _vtk_class(data: Any) -> Any:
@@ -413,17 +513,6 @@ def _filters_up_to(algorithm: Any) -> Iterator[Filter]:
             yield from _filters_up_to(algorithm.GetInputConnection(port, number).GetProducer())
     if isinstance(algorithm, Filter):
         yield algorithm
-
-
-def output_like(source: Any) -> vtkPolyData:
-    """Return a new polydata that shares everything with `source`; its field data may be added to."""
-    output = vtkPolyData()
-    output.ShallowCopy(source)
-    # VTK shares the *container* of field data between shallow copies.
-    fields = vtkFieldData()
-    fields.ShallowCopy(source.GetFieldData())
-    output.SetFieldData(fields)
-    return output
 
 
 def add_field(output: vtkPolyData, name: str, value: npt.ArrayLike | str) -> None:

@@ -10,9 +10,10 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.crossings import crossing_triangles
 from ..kernels.triangulate import triangulate
-from .arrays import vtk_array
-from .base import Filter, add_field, output_like
+from .arrays import output_like, vtk_array
+from .base import Filter, add_field
 from .parameter import Parameter
+from .places import Joined
 from .signed_distance import SignedDistance, opened
 
 SIGNED_DISTANCE = "SignedDistance"
@@ -27,6 +28,15 @@ def _settle_signs(
     far = np.flatnonzero(np.abs(distances) > tolerance)  # and not NaN
     doubtful = far[(space.tree(points[far]) > 0.0) != (distances[far] > 0.0)]
     distances[doubtful] = space.with_signs(points[doubtful], distances[doubtful])
+
+
+def _add_fields(output: vtkPolyData, verdict: dict[str, Any]) -> None:
+    for name, key in (
+        ("VerticesOutside", "vertices_outside"),
+        ("MaxOutside", "max_outside"),
+        ("TrianglesCrossing", "triangles_crossing"),
+    ):
+        add_field(output, name, verdict[key])
 
 
 class ContainmentCheck(Filter):
@@ -77,32 +87,41 @@ class ContainmentCheck(Filter):
         low=0.0, unit="diagonals",
     )  # fmt: skip
 
+    def spread(self, results: tuple[Any, ...], whole: Joined) -> list[tuple[Any, ...]]:
+        """Return the blocks, each with its own verdict in its field data."""
+        outputs = super().spread(results, whole)
+        for (output,), verdict in zip(outputs, self._verdicts, strict=True):
+            _add_fields(output, verdict)
+        return outputs
+
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Check one polydata."""
         source, installation = inputs
         self.progress(0.0, "measuring distances")
         mesh, space, tolerance = opened(source, installation, self.tolerance_fraction)
-        triangles, _ = triangulate(mesh)
-        self.notes = space.notes
+        triangles, face = triangulate(mesh)
+        self.notes += space.notes
         distances = np.full(mesh.n_points, np.nan)
         finite = np.isfinite(mesh.points).all(axis=1)
         distances[finite] = space(mesh.points[finite], lambda part: self.progress(0.1 + 0.6 * part))
         _settle_signs(space, mesh.points, distances, tolerance)
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)
-        used = distances[np.flatnonzero(np.bincount(triangles.ravel()))]
-        self.summary = {
-            "vertices_outside": int((used > tolerance).sum()),
-            "max_outside": float(max(0.0, used.max())),
-            "triangles_crossing": int(crossing.sum()),
-        }
+
+        def verdict(chosen: npt.NDArray[np.bool_]) -> dict[str, Any]:
+            used = distances[np.unique(triangles[chosen])]
+            return {
+                "vertices_outside": int((used > tolerance).sum()),
+                "max_outside": float(max(0.0, used.max(initial=0.0))),
+                "triangles_crossing": int(crossing[chosen].sum()),
+            }
+
+        self.summary = verdict(np.ones(len(triangles), np.bool_))
+        if self.whole is not None:
+            block = self.whole.block_of_faces[face]
+            self._verdicts = [verdict(block == number) for number in range(len(self.whole.blocks))]
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(distances, SIGNED_DISTANCE))
-        for name, key in (
-            ("VerticesOutside", "vertices_outside"),
-            ("MaxOutside", "max_outside"),
-            ("TrianglesCrossing", "triangles_crossing"),
-        ):
-            add_field(output, name, self.summary[key])
+        _add_fields(output, self.summary)
         self.progress(1.0)
         return output

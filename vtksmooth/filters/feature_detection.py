@@ -5,15 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels import adjacency, features, metric_tensor
 from ..kernels.feature_edges import edited
 from ..kernels.mesh import Mesh
-from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points
-from .base import Filter, add_field, output_like
+from .arrays import cells_of, output_like, points_of, surface_of, vtk_array, vtk_cells, vtk_points
+from .base import Filter, add_field
 from .parameter import Parameter
-from .smoothing import FEATURE_CLASS, RIDGE_NEIGHBOURS, SmoothingFilter, edits_of
+from .places import HIDDEN, Joined, Merge
+from .smoothing import FEATURE_CLASS, RIDGE_NEIGHBOURS, SmoothingFilter, edge_arrays_of, edits_of
 
 #: What the lines of the second output are, by LineClass.
 LINE_CLASSES = ("ridge", "boundary", "non_manifold")
@@ -61,6 +63,9 @@ class FeatureDetection(Filter):
 
     command = "features"
     outputs = ("mesh", "lines")
+    clean = True
+    #: Ghost cells are seen, so that classes on the border between pieces are the same in each.
+    skipped = HIDDEN
 
     ridge_angle = Parameter(
         features.AUTO, "Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise.",
@@ -83,6 +88,19 @@ class FeatureDetection(Filter):
         False,
         "Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.",
     )
+
+    def merges(self) -> dict[str, Merge]:
+        """Return that the neighbours on ridges are numbers of points."""
+        return {RIDGE_NEIGHBOURS: Merge("neighbours", None)}
+
+    def edge_arrays(self) -> list[str]:
+        """Return the arrays of edges added and removed by hand."""
+        return edge_arrays_of(self)
+
+    def spread(self, results: tuple[Any, ...], whole: Joined) -> list[tuple[Any, ...]]:
+        """Return each block with the lines that have most of their points in it."""
+        mesh, lines = results
+        return list(zip(whole.spread(mesh, True), _lines_of_blocks(lines, whole), strict=True))
 
     def execute(self, *inputs: Any) -> tuple[vtkPolyData, vtkPolyData]:
         """Find the features of one polydata."""
@@ -108,8 +126,14 @@ class FeatureDetection(Filter):
             values = metric_tensor.eigen_systems(mesh, near, self.weight)[0]
             first = np.where(values[:, :1] > 0.0, values[:, :1], 1.0)
             data.AddArray(vtk_array(values[:, 1:] / first, "EigenvalueRatios"))
+        counted = np.ones(mesh.n_points, np.bool_)
+        if self.whole is not None:
+            # What only ghost cells have is the next piece's.
+            counted = self.whole.counted_places
+            mine = counted[found.ridge_edges].all(axis=1)
+            found = found._replace(ridge_edges=found.ridge_edges[mine], edge_kinds=found.edge_kinds[mine])
         lines, kinds, lengths = _lines(mesh, found, points_of(source))
-        counts = np.bincount(found.classes, minlength=4).tolist()
+        counts = np.bincount(found.classes[counted], minlength=4).tolist()
         self.summary = {
             "vertices": dict(zip(("smooth", "ridge", "corner", "cusp"), counts, strict=True)),
             "lines": {name: int((kinds == i).sum()) for i, name in enumerate(LINE_CLASSES)},
@@ -141,3 +165,31 @@ def _lines(mesh: Mesh, found: features.Features, points: np.ndarray) -> tuple[vt
     lines.GetCellData().AddArray(vtk_array(kinds, "LineClass"))
     lines.GetCellData().AddArray(vtk_array(lengths, "Length"))
     return lines, kinds, lengths
+
+
+def _lines_of_blocks(lines: vtkPolyData, whole: Joined) -> list[vtkPolyData]:
+    """Return for each block the lines that have more of their points in it than in those before it."""
+    offsets, corners = cells_of(lines.GetLines())
+    places = vtk_to_numpy(lines.GetPointData().GetArray("PointIds"))
+    ids = [whole.points_in(number, places) for number in range(len(whole.blocks))]
+    inside = np.array([np.add.reduceat((known >= 0)[corners], offsets[:-1]) for known in ids])
+    home = inside.argmax(axis=0) if len(offsets) > 1 else np.empty(0, np.int64)
+    outputs = []
+    for number, known in enumerate(ids):
+        mine = np.flatnonzero(home == number)
+        sizes = np.diff(offsets)[mine]
+        rows = np.repeat(offsets[mine] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())
+        used, along = np.unique(corners[rows], return_inverse=True)
+        output = vtkPolyData()
+        output.SetPoints(vtk_points(points_of(lines)[used]))
+        output.SetLines(vtk_cells(np.concatenate(([0], np.cumsum(sizes))), along))
+        output.GetPointData().AddArray(vtk_array(known[used], "PointIds"))
+        for data, new, chosen in (
+            (lines.GetPointData(), output.GetPointData(), used),
+            (lines.GetCellData(), output.GetCellData(), mine),
+        ):
+            for i in range(data.GetNumberOfArrays()):
+                if (name := data.GetArrayName(i)) != "PointIds":
+                    new.AddArray(vtk_array(vtk_to_numpy(data.GetArray(i))[chosen], name))
+        outputs.append(output)
+    return outputs

@@ -12,8 +12,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from ..kernels.mesh import Mesh
 from ..kernels.regions import blend_weights
 from ..kernels.signed_distance import SignedDistanceTree
-from .arrays import vtk_array
-from .base import Filter, output_like
+from .arrays import output_like, vtk_array
+from .base import Filter
 from .parameter import Parameter
 from .signed_distance import opened, used_points
 from .smoothing import BLEND_WEIGHT, FIXED
@@ -64,7 +64,7 @@ class InstallationSpaceRegions(Filter):
         source, installation = inputs
         self.progress(0.0, "measuring distances")
         mesh, space, contact = opened(source, installation, self.contact_fraction)
-        self.notes = space.notes
+        self.notes += space.notes
         fixed, weights, self.summary = classify(mesh, space.tree, contact, self.blend_rings, self.progress)
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(fixed, FIXED))

@@ -17,11 +17,12 @@ from ..kernels.crossings import crossing_triangles
 from ..kernels.mesh import Mesh
 from ..kernels.signed_distance import SignedDistanceTree
 from ..report import InstallationSpaceReport
-from .arrays import points_of, vtk_array
+from .arrays import output_like, points_of, vtk_array
 from .base import add_field
 from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import AUTO, CONSTRAINTS, SET, Parameter
+from .places import Block
 from .signed_distance import opened, touching_distance, used_points
 from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
 from .valence_triangulation import ValenceTriangulation
@@ -68,6 +69,9 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     command = "installation-space"
     inputs = ("mesh", "installation")
 
+    #: Whether polygons were split into triangles.
+    _split = False
+
     iterations = Parameter(20, "Most iterations to do.", low=0)
     fixed = Parameter(
         None,
@@ -111,14 +115,28 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         super().forget()
         self.report = InstallationSpaceReport()
 
+    def check(self, *inputs: Any) -> None:
+        """Refuse arrays that cannot be used, before the faces are triangles."""
+        super().check(*inputs)
+        self._split = False
+
+    def prepared(self, block: Block) -> vtkPolyData:
+        """Return a block with its polygons split into triangles."""
+        source = block.data
+        if block.index is None:
+            # What is wrong with arrays is said of the input, not of what follows from it.
+            self.read_arrays(source)
+        self.progress(0.0, "triangulating")
+        triangles: vtkPolyData = ValenceTriangulation()(source)
+        before = source.GetNumberOfPolys() + source.GetNumberOfStrips()
+        self._split = self._split or triangles.GetNumberOfPolys() != before
+        return triangles
+
     def execute(self, *inputs: Any) -> vtkPolyData:
-        """Smooth one polydata inside another."""
+        """Smooth one polydata of triangles inside another."""
         source, installation = inputs
         whole = self._share
-        # What is wrong with arrays is said of the input, not of what follows from it.
-        self.read_arrays(source)
-        self.progress(0.0, "triangulating")
-        triangles = ValenceTriangulation()(source)
+        triangles = output_like(source)
         self.progress(0.05, "measuring distances")
         before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
         space = given.tree
@@ -145,7 +163,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
             crossing=(state_before[1], after[1]),
             notes=given.notes,
         )
-        if triangles.GetNumberOfPolys() != source.GetNumberOfPolys() + source.GetNumberOfStrips():
+        if self._split:
             report.notes.append(
                 "Faces were cut into triangles first: k, before as well, is that of triangles."
             )

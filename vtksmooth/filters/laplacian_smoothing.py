@@ -23,6 +23,7 @@ from ..kernels.schemes.thin_plate import ThinPlate
 from ..kernels.schemes.umbrella import Umbrella
 from .arrays import vectors_at_points
 from .parameter import CONSTRAINTS, SET, Parameter
+from .places import Merge
 from .smoothing import SmoothingFilter
 
 Float64 = npt.NDArray[np.float64]
@@ -159,6 +160,10 @@ class LaplacianSmoothing(SmoothingFilter):
     def read_arrays(self, source: Any) -> None:
         """Read the flow."""
         self._vectors = None if self.flow is None else vectors_at_points(source, self.flow)
+
+    def merges(self) -> dict[str, Merge]:
+        """Return what becomes of the arrays that the parameters name; flows meet in their mean."""
+        return super().merges() | ({} if self.flow is None else {self.flow: Merge("mean")})
 
     def make_scheme(self) -> Scheme:
         """Return the scheme chosen."""

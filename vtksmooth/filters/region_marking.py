@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,10 @@ from ..kernels.feature_edges import check_edges
 from ..kernels.mesh import Mesh
 from ..kernels.paths import edge_distances
 from ..kernels.regions import Rings, blend_weights, edge_numbers, grown, rings_of, shrunk
-from .arrays import edge_array, point_array, surface_of, vtk_array
-from .base import Filter, output_like
+from .arrays import edge_array, output_like, point_array, surface_of, vtk_array
+from .base import Filter
 from .parameter import Parameter
+from .places import Merge, named
 from .point_lists import parse_lines, parse_points
 from .smoothing import ADDED_EDGES, BLEND_WEIGHT, FIXED, REMOVED_EDGES
 
@@ -54,6 +56,7 @@ class RegionMarking(Filter):
     """
 
     command = "mark"
+    skipped = 0
 
     clear = Parameter(
         "nothing",
@@ -88,6 +91,14 @@ class RegionMarking(Filter):
         optional=True, type=str, text="lines",
     )  # fmt: skip
 
+    def merges(self) -> dict[str, Merge]:
+        """Return what becomes of marks: a place is fixed if any of its points is."""
+        return {FIXED: Merge("any"), BLEND_WEIGHT: Merge("least", 1.0)}
+
+    def edge_arrays(self) -> list[str]:
+        """Return the arrays of edges."""
+        return [ADDED_EDGES, REMOVED_EDGES]
+
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Mark one polydata."""
         (source,) = inputs
@@ -98,11 +109,13 @@ class RegionMarking(Filter):
         mesh = _Lazy(source)
         fixed, weights = self._mark_region(source, output, mesh)
         lines = self._mark_lines(source, output, mesh)
-        blended = 0 if weights is None else int(((weights < 1.0) & ~fixed).sum())
+        part = np.zeros_like(fixed) if weights is None else (weights < 1.0) & ~fixed
+        if self.whole is not None:
+            fixed, part = fixed[self.whole.place], part[self.whole.place]
         self.summary = {
             "fixed": int(fixed.sum()),
-            "blended": blended,
-            "free": int(len(fixed) - fixed.sum() - blended),
+            "blended": int(part.sum()),
+            "free": int(len(fixed) - fixed.sum() - part.sum()),
             "edges_added": len(lines[0]),
             "edges_removed": len(lines[1]),
         }
@@ -117,9 +130,9 @@ class RegionMarking(Filter):
         before = np.zeros(n, np.bool_) if array is None else array != 0
         fixed = before.copy()
         if self.free is not None:
-            fixed[parse_points("free", self.free, n)] = False
+            fixed[self._numbers(parse_points, "free", n)] = False
         if self.fix is not None:
-            fixed[parse_points("fix", self.fix, n)] = True
+            fixed[self._numbers(parse_points, "fix", n)] = True
         if self.invert:
             fixed = ~fixed
         if self.grow:
@@ -133,6 +146,20 @@ class RegionMarking(Filter):
             if values is not None and (name == BLEND_WEIGHT or array is not None or fixed.any()):
                 data.AddArray(vtk_array(values, name))
         return fixed, weights
+
+    def _numbers(
+        self, parse: Callable[..., npt.NDArray[np.int64]], name: str, n: int
+    ) -> npt.NDArray[np.int64]:
+        """Return the points that a parameter names; in composite data they are numbered in each block."""
+        text = getattr(self, name)
+        if self.whole is None:
+            return parse(name, text, n)
+        parts = []
+        for number, block in enumerate(self.whole.blocks):
+            with named(block):
+                points = parse(name, text, block.data.GetNumberOfPoints())
+            parts.append(self.whole.places_of(number, points))
+        return np.concatenate(parts)
 
     def _weigh(
         self, fixed: Bool, before: Bool, weights: npt.NDArray[Any] | None, mesh: _Lazy
@@ -162,10 +189,9 @@ class RegionMarking(Filter):
             pairs = None if self.clear in ("lines", "all") else edge_array(source, name)
             lines.append(np.empty((0, 2), np.int32) if pairs is None else pairs)
         for number, name in enumerate(("add_lines", "remove_lines")):
-            text = getattr(self, name)
-            if text is None:
+            if getattr(self, name) is None:
                 continue
-            pairs = np.sort(parse_lines(name, text, n), axis=1)
+            pairs = np.sort(self._numbers(parse_lines, name, n), axis=1)
             check_edges(pairs, mesh.rings)
             together = np.concatenate((lines[number], pairs)).astype(np.int32)
             lines[number] = np.unique(together, axis=0)

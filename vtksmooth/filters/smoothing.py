@@ -29,9 +29,10 @@ from ..kernels.features import Features, detect
 from ..kernels.mesh import Mesh
 from ..kernels.schemes import Scheme
 from ..report import RunReport
-from .arrays import edge_array, point_array, point_array_names, points_of, surface_of, vtk_points
-from .base import Filter, add_field, output_like
+from .arrays import edge_array, output_like, point_array, point_array_names, points_of, surface_of, vtk_points
+from .base import Filter, add_field
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
+from .places import Joined, Merge
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
@@ -76,14 +77,22 @@ def edits_of(algorithm: Any, source: Any) -> tuple[npt.NDArray[Any], npt.NDArray
     return (edits[0], edits[1]) if any(len(pairs) for pairs in edits) else None
 
 
+def edge_arrays_of(algorithm: Any) -> list[str]:
+    """Return the names of the field arrays that the parameters `added_edges` and `removed_edges` name."""
+    return [name for name in (algorithm.added_edges, algorithm.removed_edges) if name is not None]
+
+
 class SmoothingFilter(Filter):
     """Base of the smoothing filters. Subclasses choose a scheme and default constraints.
 
     Attributes
     ----------
     report : RunReport
-        What the last execution did. With composite input, the last block's.
+        What the last execution did; composite input is one surface.
     """
+
+    clean = True
+    says_of_places = "points in one place move as one."
 
     iterations = Parameter(10, "Most iterations to do.", low=0)
     fixed = Parameter(
@@ -270,6 +279,34 @@ class SmoothingFilter(Filter):
             statistic=self.stop_statistic,
         )
 
+    def check(self, *inputs: Any) -> None:
+        """Refuse distances below 0."""
+        distances = None if self.max_displacement is None else point_array(inputs[0], self.max_displacement)
+        if distances is not None and not (distances >= 0).all():
+            raise InvalidMeshError(
+                f"The point array {self.max_displacement!r} must hold distances, 0 or more at every point."
+            )
+
+    def merges(self) -> dict[str, Merge]:
+        """Return what becomes of the arrays that the parameters name: what holds back most goes."""
+        named = {
+            self.fixed: Merge("any"),
+            self.blend: Merge("least", 1.0),
+            self.max_displacement: Merge("least", np.inf),
+            FEATURE_CLASS: Merge("greatest", None),
+            RIDGE_NEIGHBOURS: Merge("neighbours", None),
+        }
+        return {name: merge for name, merge in named.items() if name is not None}
+
+    def edge_arrays(self) -> list[str]:
+        """Return the arrays of edges added and removed by hand."""
+        return edge_arrays_of(self)
+
+    def spread(self, results: tuple[Any, ...], whole: Joined) -> list[tuple[Any, ...]]:
+        """Return the blocks with their new points."""
+        keep = self.output_points_precision == "default"
+        return [(output,) for output in whole.spread(results[0], keep_precision=keep)]
+
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata."""
         (source,) = inputs
@@ -284,7 +321,7 @@ class SmoothingFilter(Filter):
             self.make_constraints(diagonal),
             iterations=self.iterations,
             fixed=held,
-            max_displacement=self._distances(source),
+            max_displacement=self._point_array(source, "max_displacement"),
             find_features=self._features(source, surface.mesh),
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
@@ -300,18 +337,27 @@ class SmoothingFilter(Filter):
                 report,
                 volume_rounded=measure.signed_volume(surface.mesh.with_points(rounded.astype(np.float64))),
             )
+        if self.whole is not None:
+            report = replace(report, merged_points=self.whole.merged_points)
         output = output_like(source)
         output.SetPoints(vtk_points(rounded))
         add_field(output, "SmoothingIterations", report.iterations)
         add_field(output, "SmoothingStopReason", report.stop_reason)
         add_field(output, "SmoothingVerticesMoved", report.moved)
+        add_field(output, "SmoothingMergedPoints", report.merged_points)
         add_field(output, "SmoothingSeconds", report.seconds)
         self.report = report
         return output
 
     def held_points(self, source: Any) -> npt.NDArray[Any] | None:
-        """Return what is nonzero at points that must not move, or None."""
-        return self._point_array(source, "fixed")
+        """Return what is nonzero at points that must not move, or None.
+
+        Those of ghost cells are among them: what is on the border between pieces is the same in each.
+        """
+        held = self._point_array(source, "fixed")
+        if self.whole is None or not self.whole.pinned.any():
+            return held
+        return self.whole.pinned if held is None else self.whole.pinned | (held != 0)
 
     def weights_of_steps(self, source: Any, held: npt.NDArray[Any] | None) -> npt.NDArray[Any] | None:
         """Return the part of each step that a point takes; None where those that may move take all of it."""
@@ -328,14 +374,6 @@ class SmoothingFilter(Filter):
             names = ", ".join(point_array_names(source)) or "no arrays"
             raise ParameterError(f"{parameter}: there is no point array {name!r}; the mesh has: {names}.")
         return array
-
-    def _distances(self, source: Any) -> npt.NDArray[Any] | None:
-        distances = self._point_array(source, "max_displacement")
-        if distances is not None and not (distances >= 0).all():
-            raise InvalidMeshError(
-                f"The point array {self.max_displacement!r} must hold distances, 0 or more at every point."
-            )
-        return distances
 
     def _features(self, source: Any, mesh: Mesh) -> loop.FindFeatures:
         """Return the features, where the input says something of them, or what finds them."""

@@ -11,8 +11,8 @@ from ..errors import InvalidMeshError
 from ..kernels import adjacency, measure, quality
 from ..kernels.closest_point import ClosestPoint
 from ..kernels.mesh import Mesh
-from .arrays import surface_of, vtk_array
-from .base import Filter, add_field, output_like
+from .arrays import output_like, surface_of, vtk_array
+from .base import Filter, add_field
 from .surface_quality import add_aspect_ratio, faces_with_area, summary_of
 
 
@@ -54,12 +54,16 @@ class SurfaceComparison(Filter):
     arguments = ("original", "result")
     measures = True
 
+    def check(self, *inputs: Any) -> None:
+        """Refuse meshes with other points or faces than each other's."""
+        after, before = (surface_of(data).mesh for data in inputs)
+        _check_same_topology(after, before)
+
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Compare two polydata."""
         result, original = inputs
         self.progress(0.0, "comparing")
         after, before = surface_of(result), surface_of(original)
-        _check_same_topology(after.mesh, before.mesh)
         near = adjacency.build(before.mesh)
         edge_ends, edge_faces = adjacency.edges(near)
         self.progress(0.2)
@@ -81,6 +85,7 @@ class SurfaceComparison(Filter):
         k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh))
         swept = measure.swept_volume(before.mesh, after.mesh)
         summary = summary_of(after, near, faces_with_area(after.mesh, k))
+        summary["points"] = self.points_given(result)
         diagonal = before.mesh.diagonal
         largest = float(deviation.max())
         volume = measure.signed_volume(before.mesh) if summary["closed"] else 0.0

@@ -9,8 +9,8 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels import adjacency, measure, quality
 from ..kernels.mesh import Mesh
-from .arrays import Surface, surface_of, vtk_array
-from .base import Filter, add_field, output_like
+from .arrays import Surface, output_like, surface_of, vtk_array
+from .base import Filter, add_field
 
 ASPECT_RATIO = "AspectRatio"
 
@@ -89,6 +89,7 @@ class SurfaceQuality(Filter):
         k = quality.aspect_ratios(surface.mesh, quality.reference_directions(surface.mesh))
         self.progress(0.8)
         self.summary = summary_of(surface, near, faces_with_area(surface.mesh, k))
+        self.summary["points"] = self.points_given(source)
         output = output_like(source)
         add_aspect_ratio(output, surface, k)
         add_field(output, "AspectRatioMin", self.summary["aspect_ratio"]["min"])

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkCellData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
 from ..kernels.triangulate import triangulate
-from .arrays import surface_of, vtk_array, vtk_triangles
-from .base import Filter, output_like
-
-ORIGINAL_CELL = "OriginalCell"
+from .arrays import output_like, rows_of, surface_of, vtk_array, vtk_triangles
+from .base import Filter
+from .places import ORIGINAL_CELL
 
 
 class ValenceTriangulation(Filter):
@@ -48,6 +45,7 @@ class ValenceTriangulation(Filter):
     """
 
     command = "triangulate"
+    skipped = 0
 
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Triangulate one polydata."""
@@ -61,7 +59,7 @@ class ValenceTriangulation(Filter):
         output = output_like(source)
         output.SetStrips(vtkCellArray())
         output.SetPolys(vtk_triangles(triangles))
-        output.GetCellData().ShallowCopy(_rows_of(source.GetCellData(), original))
+        output.GetCellData().ShallowCopy(rows_of(source.GetCellData(), original))
         output.GetCellData().AddArray(vtk_array(original, ORIGINAL_CELL))
         self.summary = {
             "polygons": int((surface.mesh.face_sizes > 3).sum()),
@@ -69,20 +67,3 @@ class ValenceTriangulation(Filter):
         }
         self.progress(1.0)
         return output
-
-
-def _rows_of(data: Any, rows: npt.NDArray[np.int64]) -> vtkCellData:
-    """Return new cell data with the given rows of `data`."""
-    result = vtkCellData()
-    result.CopyAllOn()
-    result.CopyAllocate(data, len(rows))
-    for i in range(data.GetNumberOfArrays()):
-        old = data.GetAbstractArray(i)
-        new = result.GetAbstractArray(old.GetName()) if old.GetName() else result.GetAbstractArray(i)
-        new.SetNumberOfTuples(len(rows))
-        if old.IsNumeric() and not old.IsA("vtkBitArray"):
-            vtk_to_numpy(new)[:] = vtk_to_numpy(old)[rows]
-        else:
-            for to, row in enumerate(rows.tolist()):
-                new.SetTuple(to, row, old)
-    return result
