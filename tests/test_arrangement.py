@@ -84,6 +84,17 @@ def test_boxes_whose_walls_between_do_not_match_are_one():
     np.testing.assert_allclose(found, [-0.5, -0.2, 0, -0.5, 0.3], atol=1e-9)
 
 
+def test_where_solids_touch_along_a_line_the_winding_number_decides():
+    # No face of the one is a neighbour of the other's: pseudonormals at the line are those of one solid.
+    both = meshes.joined(box([0, 0, 0], [2, 2, 2]), box([2, 0.5, 2], [4, 1.5, 4]))
+    space = SignedDistance(meshes.polydata(both))
+    assert space.mesh.n_faces == 24
+    assert len(space.tree.winding) > 0
+    np.testing.assert_allclose(
+        space([[1.9, 1, 2.3], [2.3, 1, 1.9], [1.5, 1, 1.5]]), [0.1, 0.1, -0.5], atol=1e-12
+    )
+
+
 def test_a_cavity_in_a_space_of_two_solids_is_outside():
     solids = [box([0, 0, 0], [4, 4, 4]), box([3, 1, 1], [6, 3, 3])]
     cavity = box([1, 1, 1], [2, 2, 2])

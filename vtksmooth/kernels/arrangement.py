@@ -530,8 +530,10 @@ def arrange(mesh: Mesh, tree: ClosestPoint, near: float) -> Arrangement:
     # Where a surface folds over there are pockets of negative numbers as well; they are outside.
     turned = telling & (before < 0) & _inside_out(mesh, component)[np.concatenate((largest, face))]
     inverted = bool(turned.any())
+    # Where faces meet, those beside the nearest one are not all known to it.
+    decides = winding if len(met) else None
     if (~telling | ((before == 0) & (behind == 1))).all():
-        return Arrangement(mesh, None, inverted)
+        return Arrangement(mesh, decides, inverted)
     kept = (before <= 0) & (behind >= 1)
     kept_parts = kept[len(largest) :]
     whole = kept[: len(largest)][patch]
@@ -546,4 +548,4 @@ def arrange(mesh: Mesh, tree: ClosestPoint, near: float) -> Arrangement:
     if not len(used):
         return Arrangement(None, None, inverted)
     bounding = Mesh.from_faces(np.concatenate((points, new))[used], numbers.reshape(-1, 3).astype(np.int32))
-    return Arrangement(bounding, winding if len(met) else None, inverted)
+    return Arrangement(bounding, decides, inverted)
