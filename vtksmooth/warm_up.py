@@ -14,7 +14,7 @@ from .errors import InvalidMeshError, ParameterError
 from .filters import FILTERS, Filter
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
-from .kernels import adjacency, paths, regions, screen
+from .kernels import adjacency, numerals, paths, regions, screen
 from .kernels.compile_ahead import compiling_ahead
 from .kernels.compiled import on_compile
 from .kernels.mesh import Mesh
@@ -158,6 +158,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
                 with suppress(InvalidMeshError, ParameterError):
                     cls(**setting)(*(space if name == "installation" else mesh for name in cls.inputs))
         _pick(surface_of(meshes[0]).mesh)
+        numerals.parsed(b"0")  # of large text files
     if progress:
         progress(1.0, "done")
     return len(compiled)

@@ -20,9 +20,9 @@ from .text import (
     Ints,
     Lines,
     Rows,
+    blocks,
     decoded,
     first_bad_line,
-    numbers,
     quoted,
     rows,
     unified,
@@ -177,43 +177,59 @@ def _elements(name: str, lines: Lines, which: Ints, defined: tuple[Ints, Ints, I
     if not len(which):
         return _Corners(which, *NONE, *NONE)
     text = without_comments(lines.after(which, 1))
-    codes = np.frombuffer(text, np.uint8)
-    slash = codes == ord("/")
-    blank = codes <= 32
-    corners = np.flatnonzero(~blank & np.concatenate(([True], blank[:-1])))
-    sizes = np.diff(np.searchsorted(corners, np.flatnonzero(codes == ord("\n"))), prepend=0)
-    values = numbers(text.replace(b"/", b" "))
-    if values is None or not (np.abs(values) < 2**53).all() or (values != np.round(values)).any():
+    table = rows(text.replace(b"/", b" "))
+    if table is None:
         raise _bad_element(name, text)
-    indices = np.zeros((3, len(corners)), np.int64)
-    given = len(values)
-    if not slash.any():
-        indices[0] = values
+    with np.errstate(invalid="ignore"):
+        values, sizes = table.values.astype(np.int64), table.counts
+    if (values != table.values).any():
+        raise _bad_element(name, text)
+    if b"/" in text:
+        sizes, indices = _indices(name, text, values)
     else:
+        indices = np.zeros((3, len(values)), np.int64)
+        indices[0] = values
+    for i, kind in enumerate(defined):
+        if indices[i].min() < 0:
+            negative = indices[i] < 0
+            # Counted back from the element's own line; what reaches too far back stays negative.
+            there = np.repeat(np.searchsorted(kind, which), sizes)[negative]
+            back = there + indices[i, negative] + 1
+            indices[i, negative] = np.where(back > 0, back, indices[i, negative])
+    if indices[0].min() < 1 or indices[0].max() > len(defined[0]):
+        wrong = (indices[0] < 1) | (indices[0] > len(defined[0]))
+        raise MeshFileError(
+            f"{name} is damaged: an element refers to point {indices[0, wrong][0]}, but the points are "
+            f"numbered 1 to {len(defined[0])}; export it again."
+        )
+    indices -= 1
+    return _Corners(which, sizes, *indices)
+
+
+def _indices(name: str, text: bytes, values: Ints) -> tuple[Ints, Ints]:
+    """Return how many corners each line has, and the indices of each corner, (3, k), 0 where missing."""
+    found = []
+    read = 0
+    for block in blocks(text):
+        codes = np.frombuffer(block, np.uint8)
+        slash, blank = codes == ord("/"), codes <= 32
+        corners = np.flatnonzero(~blank & np.concatenate(([True], blank[:-1])))
+        sizes = np.diff(np.searchsorted(corners, np.flatnonzero(codes == ord("\n"))), prepend=0)
         between = blank | slash
         begins = np.flatnonzero(~between & np.concatenate(([True], between[:-1])))
         corner = np.searchsorted(corners, begins, "right") - 1
         slashes = np.cumsum(slash, dtype=np.int32)
         place = slashes[begins] - slashes[corners[corner]] + slash[corners[corner]]
-        given = int((place == 0).sum())
+        here = values[read : read + len(begins)]
+        read += len(begins)
+        if int((place == 0).sum()) < len(corners):
+            raise _bad_element(name, block)
+        indices = np.zeros((3, len(corners)), np.int64)
         for i in range(3):
-            indices[i, corner[place == i]] = values[place == i]
-    if given < len(corners):
-        raise _bad_element(name, text)
-    for i, kind in enumerate(defined):
-        negative = indices[i] < 0
-        if negative.any():
-            # Counted back from the element's own line; what reaches too far back stays negative.
-            there = np.repeat(np.searchsorted(kind, which), sizes)[negative]
-            back = there + indices[i, negative] + 1
-            indices[i, negative] = np.where(back > 0, back, indices[i, negative])
-    wrong = (indices[0] < 1) | (indices[0] > len(defined[0]))
-    if wrong.any():
-        raise MeshFileError(
-            f"{name} is damaged: an element refers to point {indices[0, wrong][0]}, but the points are "
-            f"numbered 1 to {len(defined[0])}; export it again."
-        )
-    return _Corners(which, sizes, *(indices - 1))
+            chosen = place == i
+            indices[i, corner[chosen]] = here[chosen]
+        found.append((sizes, indices))
+    return np.concatenate([part[0] for part in found]), np.concatenate([part[1] for part in found], axis=1)
 
 
 def _bad_element(name: str, text: bytes) -> MeshFileError:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshFileError
 from .polygons import Kept, Polygons, merged, parts
-from .text import Ints, Lines, decoded, first_bad_line, quoted, rows, unified
+from .text import Ints, Lines, blocks, decoded, first_bad_line, quoted, rows, unified
 
 _HEAD = 1 << 16
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -147,15 +147,13 @@ def _read_text(
     path: Path, raw: bytes, notes: list[str]
 ) -> tuple[Ints, npt.NDArray[np.float32], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
     text = unified(raw)
-    lines = Lines(text)
-    low = Lines(lines.text.lower())
-    facets, corners = low.beginning(b"facet"), low.beginning(b"vertex")
-    if len(corners) != low.text.count(b"vertex") or len(facets) > low.text.count(b"\n") // 3:
-        lines = Lines(_STATEMENTS.sub(b"\n", lines.text))
-        low = Lines(lines.text.lower())
-        facets, corners = low.beginning(b"facet"), low.beginning(b"vertex")
-    last = low.text.rstrip().rpartition(b"\n")[2].split()
-    if not last or not b"".join(last[:2]).startswith(b"endsolid"):
+    scanned = _scanned(text)
+    if not scanned.regular:
+        text = _STATEMENTS.sub(b"\n", text)
+        scanned = _scanned(text)
+    facets, corners, begins, names, behind, _ = scanned
+    last = text[-_HEAD:].rstrip().rpartition(b"\n")[2].lower().split()
+    if not b"".join(last[:2]).startswith(b"endsolid"):
         raise MeshFileError(f"{path} does not end with endsolid; it is truncated, export it again.")
     sizes = np.diff(np.searchsorted(corners, facets), append=len(corners))
     if len(facets) and (sizes < 3).any():
@@ -166,7 +164,6 @@ def _read_text(
         )
     if sizes.sum() != len(corners):
         raise MeshFileError(f"{path} is damaged: a vertex stands before the first facet; export it again.")
-    behind = lines.after(corners, len(b"vertex"))
     table = rows(behind)
     if table is None or (len(corners) and (table.counts != 3).any()):
         number, line = first_bad_line(behind) if table is None else _first_wrong(behind, table.counts)
@@ -178,8 +175,6 @@ def _read_text(
         notes.append(f"{path.name}: decimal commas were taken for points.")
     with np.errstate(over="ignore"):
         points = table.values.reshape(-1, 3).astype(np.float32)
-    begins = low.beginning(b"solid")
-    names = [decoded(name) for name in lines.words(begins, len(b"solid"))]
     solid = np.maximum(np.searchsorted(begins, facets) - 1, 0)
     names = names or [""]
     if len(np.unique(solid)) < 2 and not any(names):
@@ -191,6 +186,48 @@ def _read_text(
         )
     cell_data = {"SolidIds": solid.astype(np.int32)}
     return sizes, points, cell_data, {"SolidNames": np.array(names, dtype=object)}
+
+
+class _Scanned(NamedTuple):
+    """What a text holds: the numbers of lines by their first word, and what stands behind it.
+
+    Attributes
+    ----------
+    facets, corners, begins : (k,) int64
+        The lines of facets, of vertices, and those at which solids begin.
+    names : list of str
+        What the solids are called.
+    behind : bytes
+        The text of the vertices' lines, without their first word.
+    regular : bool
+        Whether statements have lines of their own.
+    """
+
+    facets: Ints
+    corners: Ints
+    begins: Ints
+    names: list[str]
+    behind: bytes
+    regular: bool
+
+
+def _scanned(text: bytes) -> _Scanned:
+    found: list[tuple[Ints, Ints, Ints, bytes]] = []
+    names: list[str] = []
+    before = words = 0
+    for block in blocks(text):
+        lower = block.lower()
+        low = Lines(lower)
+        lines = low if lower == block else Lines(block)
+        facets, corners, begins = (low.beginning(word) for word in (b"facet", b"vertex", b"solid"))
+        names += [decoded(name) for name in lines.words(begins, len(b"solid"))]
+        behind = lines.after(corners, len(b"vertex"))
+        found.append((facets + before, corners + before, begins + before, behind))
+        before += len(lines.starts)
+        words += low.text.count(b"vertex")
+    facets, corners, begins = (np.concatenate([part[i] for part in found]) for i in range(3))
+    regular = len(corners) == words and 3 * len(facets) <= before
+    return _Scanned(facets, corners, begins, names, b"".join(part[3] for part in found), regular)
 
 
 def _first_wrong(text: bytes, counts: Ints) -> tuple[int, bytes]:

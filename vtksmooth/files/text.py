@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
 from typing import IO, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,12 @@ Ints = npt.NDArray[np.int64]
 Codes = npt.NDArray[np.uint8]
 
 _BLANK = 32  # this code and those below it separate words
+
+_BLOCK = 1 << 20
+
+_LARGE = 1 << 22  # a text of this size is worth a compiled kernel
+
+_INDENTED = 64  # so many characters before the first word are passed over without copying the text
 
 _AT_ONCE = 10000  # lines written at once, which bounds the memory
 
@@ -47,24 +54,41 @@ def quoted(line: bytes) -> str:
     return repr("".join(c if c.isprintable() else "?" for c in text))
 
 
-def _word_starts(codes: Codes) -> Ints:
+def blocks(text: bytes) -> Iterator[bytes]:
+    """Cut a text into blocks of whole lines: what is made of a block stays in the processor's cache."""
+    at = 0
+    while at < len(text):
+        end = text.find(b"\n", at + _BLOCK) + 1 or len(text)
+        yield text[at:end]
+        at = end
+
+
+def _parsed(text: bytes) -> tuple[npt.NDArray[np.float64], Ints] | None:
+    """Return the numbers of a text, and how many each line holds; None when something else is among them."""
+    if len(text) >= _LARGE:
+        # NumPy is slower, but there is nothing to be compiled before.
+        from ..kernels.numerals import parsed
+
+        return parsed(text)
+    codes = np.frombuffer(text, np.uint8)
     word = codes > _BLANK
     word[1:] &= codes[:-1] <= _BLANK
-    return np.flatnonzero(word)
-
-
-def _parsed(text: bytes, count: int) -> npt.NDArray[np.float64] | None:
-    if count == 0:
-        return np.empty(0)
-    with warnings.catch_warnings():
-        # NumPy announces text that is no number as a deprecation, and returns what came before it.
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            values = np.fromstring(text, dtype=np.float64, sep=" ")  # type: ignore[call-overload]
-        except (DeprecationWarning, ValueError):
-            return None
-    # "1-2" is two numbers to NumPy, and none to us.
-    return values if len(values) == count else None
+    starts = np.flatnonzero(word)
+    values = np.empty(0)
+    if len(starts):
+        with warnings.catch_warnings():
+            # NumPy announces text that is no number as a deprecation, and returns what came before it.
+            warnings.simplefilter("error", DeprecationWarning)
+            try:
+                values = np.fromstring(text, dtype=np.float64, sep=" ")  # type: ignore[call-overload]
+            except (DeprecationWarning, ValueError):
+                return None
+    if len(values) != len(starts):  # "1-2" is two numbers to NumPy, and none to us
+        return None
+    ends = np.flatnonzero(codes == ord("\n"))
+    if not text.endswith(b"\n"):
+        ends = np.append(ends, len(text))
+    return values, np.diff(np.searchsorted(starts, ends), prepend=0)
 
 
 class Rows(NamedTuple):
@@ -106,33 +130,19 @@ def rows(text: bytes) -> Rows | None:
 
     Exponents may have a D, and decimal commas are understood where the text has no decimal point.
     """
-    codes = np.frombuffer(text, np.uint8)
-    starts = _word_starts(codes)
-    values, commas = _parsed(text, len(starts)), False
-    if values is None:
+    found, commas = _parsed(text), False
+    if found is None:
         plain = re.sub(rb"(?<=[\d.])[dD](?=[-+\d])", b"e", text)
         plain = _NO_NUMBER.sub(lambda found: b"inf" if found[1].lower() == b"inf" else b"nan", plain)
         commas = b"," in plain and b"." not in plain
-        values = _parsed(plain.replace(b",", b".") if commas else plain, len(starts))
-    if values is None:
-        return None
-    ends = np.flatnonzero(codes == ord("\n"))
-    if not text.endswith(b"\n"):
-        ends = np.append(ends, len(text))
-    counts = np.diff(np.searchsorted(starts, ends), prepend=0)
-    return Rows(values, counts, commas)
-
-
-def numbers(text: bytes) -> npt.NDArray[np.float64] | None:
-    """Parse numbers between white space, (k,) float64; None when something else is among them."""
-    found = rows(text)
-    return None if found is None else found.values
+        found = _parsed(plain.replace(b",", b".") if commas else plain)
+    return None if found is None else Rows(*found, commas)
 
 
 def first_bad_line(text: bytes) -> tuple[int, bytes]:
     """Return the number and the text of the first line with something else than numbers."""
     for number, line in enumerate(text.split(b"\n")):
-        if numbers(line) is None:
+        if rows(line) is None:
             return number, line
     return 0, text.split(b"\n", 1)[0]
 
@@ -155,8 +165,13 @@ class Lines:
     def __init__(self, text: bytes) -> None:
         text = text if text.endswith(b"\n") else text + b"\n"
         self._split(text)
-        if np.isin(self._first, np.frombuffer(b" \t\v\f", np.uint8)).any():
-            self._split(re.sub(rb"\n[ \t\v\f]+", b"\n", b"\n" + text)[1:])
+        for _ in range(_INDENTED):
+            indented = np.flatnonzero((self._first <= _BLANK) & (self._first != ord("\n")))
+            if not len(indented):
+                return
+            self.starts[indented] += 1
+            self._first[indented] = self.codes[self.starts[indented]]
+        self._split(re.sub(rb"\n[^\S\n]+", b"\n", b"\n" + text)[1:])
 
     def _split(self, text: bytes) -> None:
         # What follows the last line lets a line of one character be asked for its second.
