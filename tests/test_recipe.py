@@ -445,3 +445,9 @@ def test_wrong_steps():
         Step("laplacian", {"magic": 1})
     with pytest.raises(ParameterError, match="iterations must be 0 or more"):
         Step("laplacian", {"iterations": -1})
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path):
+    text = '{"format": "vtksmooth recipe", "version": 1, "steps": [{"filter": "laplacian"}]}'
+    (tmp_path / "r.json").write_text(text, encoding="utf-8-sig")
+    assert len(Recipe.load(tmp_path / "r.json").steps) == 1

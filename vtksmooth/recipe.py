@@ -424,7 +424,7 @@ class Recipe:
         """
         path = Path(path).expanduser()
         try:
-            return cls.from_json(path.read_text(encoding="utf-8"), path.absolute().parent)
+            return cls.from_json(path.read_text(encoding="utf-8-sig"), path.absolute().parent)
         except RecipeError as error:
             raise RecipeError(f"{path}: {error}") from error
         except UnicodeDecodeError as error:

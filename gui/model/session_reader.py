@@ -131,7 +131,7 @@ def find(path: Path) -> Stored:
     """
     try:
         with _files(path) as root:
-            manifest = json.loads((root / JSON).read_text(encoding="utf-8"))
+            manifest = json.loads((root / JSON).read_text(encoding="utf-8-sig"))
     except OSError as error:
         if path.exists() and not isinstance(error, PermissionError):
             raise SessionError(f"{path.name} is no session of vtksmooth; open it as a mesh.") from error
