@@ -195,3 +195,13 @@ def test_a_data_folder_without_the_meshes_is_refused(program, tmp_path, capsys):
         program("evidence").main(["--data", str(tmp_path)])
     assert refused.value.code == 2
     assert "mannequin_scan.ply" in capsys.readouterr().err
+
+
+def test_the_page_on_promises_tells_what_is_declared(program, tmp_path):
+    promises = program("promises")
+    page = (FOLDER.parent / "docs" / "promises.md").read_text(encoding="utf-8")
+    assert "\n".join(promises.declared()) in page, "run: python benchmarks/promises.py"
+    with pytest.raises(SystemExit) as ended:
+        promises.main(["--runs", "40", "--output", str(tmp_path / "promises.md")])
+    assert ended.value.code == 0
+    assert "| all |" in (tmp_path / "promises.md").read_text(encoding="utf-8")

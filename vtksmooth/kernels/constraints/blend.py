@@ -20,6 +20,8 @@ class Blend(Damping):
         From 0 (pinned: keeps its bits) to 1 (free), in the order of the points that smoothing is given.
     """
 
+    name = "Blend weights (blend)"
+
     def __init__(self, weights: npt.ArrayLike) -> None:
         self.weights = np.asarray(weights, dtype=np.float64)
 

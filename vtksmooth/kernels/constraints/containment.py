@@ -72,6 +72,7 @@ class Containment(Constraint):
         Moves looked at, and those for which a distance had to be computed.
     """
 
+    name = "The installation space (containment)"
     on_edges = True
 
     def __init__(self, space: SignedDistanceTree, tolerance: float, exact: bool = False) -> None:

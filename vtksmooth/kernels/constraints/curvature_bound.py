@@ -28,6 +28,8 @@ class CurvatureBound(Damping):
         r of the run, once bound.
     """
 
+    name = "A bound on the curvature (curvature_radius)"
+
     def __init__(self, radius: float | None = None, ramp: float = 0.0) -> None:
         self.asked, self.ramp = radius, ramp
         self.radius = np.inf

@@ -26,12 +26,11 @@ class FeatureLines(Constraint):
         vertices without two such neighbours stay. If false, no ridge vertex moves.
     """
 
-    name = "A line of features that slides (features)"
-
     def __init__(self, sliding: bool = True) -> None:
         self.sliding = sliding
         self.on_edges = not sliding
         self.phase = Phase.DIRECT if sliding else Phase.PIN
+        self.name = f"Features that {'slide' if sliding else 'are held'} (features)"
         self._slides = np.empty(0, np.uint8)
 
     def bind(self, state: State) -> None:

@@ -18,6 +18,7 @@ class Fixed(Constraint):
         Nonzero where a vertex must not move, in the order of the points that smoothing is given.
     """
 
+    name = "Fixed points (fixed)"
     phase = Phase.PIN
     on_edges = True
 
