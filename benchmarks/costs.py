@@ -64,7 +64,7 @@ def volume(triangles: int, repeats: int) -> list[list[str]]:
     for threads in (1, 2):
         parallel.set_number_of_threads(threads)
         (cost,) = _iterations(
-            [lambda count: NullSpaceSmoothing(iterations=count, corrections=2)],
+            [lambda count: NullSpaceSmoothing(iterations=count, corrections=2, gate="none")],
             [sphere],
             sphere.n_points,
             repeats,

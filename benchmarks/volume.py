@@ -51,6 +51,7 @@ def run(mesh: pv.PolyData, iterations: int, corrections: int, closing: bool = Fa
         iterations=iterations,
         corrections=corrections,
         preserve_volume=closing,
+        gate="none",
         output_points_precision="double",
     )
     smoothing(mesh)

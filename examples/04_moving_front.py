@@ -79,9 +79,9 @@ ways: dict[str, SmoothingFilter] = {
     "Laplacian": LaplacianSmoothing(iterations=1, relaxation_factor=0.1),
     "Taubin": LaplacianSmoothing(iterations=1, relaxation_factor=0.1, scheme="taubin"),
     "null space": NullSpaceSmoothing(
-        iterations=1, relaxation_factor=0.1, corrections=0, preserve_volume=False
+        iterations=1, relaxation_factor=0.1, corrections=0, preserve_volume=False, gate="none"
     ),
-    "conservative": NullSpaceSmoothing(iterations=1, relaxation_factor=0.1, corrections=2),
+    "conservative": NullSpaceSmoothing(iterations=1, relaxation_factor=0.1, corrections=2, gate="none"),
 }
 chart = pv.Chart2D()
 chart.title = "Volume that smoothing adds to a moving front"

@@ -19,9 +19,9 @@ def points_of(polydata):
     return vtk_to_numpy(polydata.GetPoints().GetData())
 
 
-def test_the_default_is_the_paper_s_preset():
+def test_without_the_gate_it_is_the_paper_s_preset():
     mesh = meshes.torus(18, 8, jitter=0.2)
-    smoothing = NullSpaceSmoothing(iterations=7)
+    smoothing = NullSpaceSmoothing(iterations=7, gate="none")
     found = points_of(smoothing(meshes.polydata(mesh)))
     constraints = [NullSpace(), Boundary(), LocalVolume(2)]
     expected, report = loop.smooth(mesh, Umbrella(0.5), constraints, iterations=7)
@@ -80,3 +80,14 @@ def test_fixed_points_keep_their_bits():
     fixed = polydata["Fixed"] != 0
     assert points[fixed].tobytes() == surface_of(polydata).mesh.points[fixed].tobytes()
     assert smoothing.report.volume[1] == pytest.approx(smoothing.report.volume[0], rel=1e-13)
+
+
+def test_by_default_no_element_becomes_worse_than_good_enough():
+    for kind in meshes.KINDS:
+        mesh = meshes.torus(18, 8, kind, jitter=0.35, seed=1)
+        smoothing = NullSpaceSmoothing(iterations=60, output_points_precision="double")
+        smoothing(meshes.polydata(mesh))
+        before, after = smoothing.report.min_aspect_ratio
+        assert after >= min(before, 0.6)
+        assert smoothing.report.mean_aspect_ratio[1] > smoothing.report.mean_aspect_ratio[0]
+        assert smoothing.report.volume[1] == pytest.approx(smoothing.report.volume[0], rel=1e-13)
