@@ -8,10 +8,11 @@ from contextlib import suppress
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
-from .filters import FILTERS, Filter
+from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
 from .kernels import adjacency, numerals, paths, regions, screen
@@ -62,6 +63,19 @@ def space_over(size: int) -> vtkPolyData:
     box.Update()
     space: vtkPolyData = box.GetOutput()
     return space
+
+
+def _solids(size: int) -> tuple[vtkPolyData, vtkPolyData]:
+    """Return two boxes that overlap, and one that is open."""
+    both, opened = vtkAppendPolyData(), vtkPolyData()
+    both.AddInputData(space_over(size))
+    both.AddInputData(space_over(size + 1))
+    both.Update()
+    opened.DeepCopy(space_over(size))
+    opened.BuildLinks()
+    opened.DeleteCell(0)
+    opened.RemoveDeletedCells()
+    return both.GetOutput(), opened
 
 
 #: Values that make a filter use all that it can; stop rules so wide that nothing stops.
@@ -157,6 +171,9 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
                 # Some schemes, constraints and faces do not combine, and say so.
                 with suppress(InvalidMeshError, ParameterError):
                     cls(**setting)(*(space if name == "installation" else mesh for name in cls.inputs))
+        for solid in _solids(size):
+            ContainmentCheck()(space, solid)
+        LaplacianSmoothing()(space)  # points of boxes are there once for each face: several in one place
         _pick(surface_of(meshes[0]).mesh)
         numerals.parsed(b"0")  # of large text files
     if progress:

@@ -76,11 +76,12 @@ def test_a_state_shares_what_did_not_change():
     second = smooth(document, layer)
     assert second.mesh.GetPolys().GetConnectivityArray() is first.mesh.GetPolys().GetConnectivityArray()
     new = set(second.memory) - set(first.memory)
-    assert sum(second.memory[array] for array in new) == first.n_points * 3 * 4
+    # Points and their normals.
+    assert sum(second.memory[array] for array in new) == 2 * first.n_points * 3 * 4
     # Neither what is shown nor what was opened counts for the history.
     assert document.history.memory == 0
     smooth(document, layer)
-    assert document.history.memory == first.n_points * 3 * 4
+    assert document.history.memory == 2 * first.n_points * 3 * 4
 
 
 def test_states_with_the_same_faces_share_them_here_too():
@@ -98,7 +99,7 @@ def test_states_with_the_same_faces_share_them_here_too():
 def test_the_memory_limit_gives_up_the_oldest_steps():
     document = Document()
     layer = document.open(sphere(), Path("a.ply"))
-    step = layer.state.n_points * 3 * 4
+    step = 2 * layer.state.n_points * 3 * 4  # points and their normals
     document.set_memory_limit(2 * step)
     first = weakref.ref(smooth(document, layer, 1))
     for iterations in range(2, 7):

@@ -75,7 +75,7 @@ class ContainmentCheck(Filter):
     >>> check = ContainmentCheck()
     >>> result = check(part.GetOutput(), space.GetOutput())
     >>> check.summary
-    {'vertices_outside': 24, 'max_outside': 0.25, 'triangles_crossing': 8}
+    {'vertices_outside': 8, 'max_outside': 0.25, 'triangles_crossing': 8}
     """
 
     command = "containment"

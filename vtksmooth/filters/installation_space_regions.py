@@ -47,7 +47,7 @@ class InstallationSpaceRegions(Filter):
     >>> regions = InstallationSpaceRegions()
     >>> result = regions(inner.GetOutput(), space.GetOutput())
     >>> regions.summary["fixed"], regions.summary["free"]
-    (24, 0)
+    (8, 0)
     """
 
     command = "regions"

@@ -157,6 +157,7 @@ def smooth(
     Examples
     --------
     >>> from vtksmooth.kernels.constraints.gate import Gate
+    >>> from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
     >>> square = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0.5, 0.4, 0]]
     >>> plane = Mesh.from_faces(square, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     >>> points, report = smooth(plane, TrapeziumDrawing(), [Gate("aspect")], iterations=30)
