@@ -133,7 +133,7 @@ class Filter(VTKPythonAlgorithmBase):
         """Return the output for vtkPolyData `inputs`, which must not be changed.
 
         A vtkPolyData; with several outputs a tuple of them. Where points of the input coincide, or it is in
-        blocks or has ghost cells, the first of `inputs` is one surface made of it, see :attr:`whole`.
+        blocks or has ghost cells, the first of `inputs` is one surface made of it, see `whole`.
         """
         raise NotImplementedError
 
