@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import InvalidMeshError
 from . import parallel
 from .adjacency import build
 from .closest_point import ClosestPoint
@@ -37,6 +38,9 @@ _APART, _THROUGH, _OVERLAPPING, _ALONG = 0, 1, 2, 3
 #: Faces meet along more than this many times the distance that counts as none: with a common corner, in which
 #: they end at an angle, they seem to over some of it.
 _LONG = 16.0
+
+#: Most meetings for each face, on average, of surfaces that bound solids.
+_MEETINGS = 50
 
 #: In front of and behind a face is this many times the distance that counts as none. Parts that are thinner
 #: than four times that tell nothing.
@@ -497,6 +501,11 @@ def arrange(mesh: Mesh, tree: ClosestPoint, near: float) -> Arrangement:
     near : float
         Distance that counts as none, model units. The result is as exact as that.
 
+    Raises
+    ------
+    InvalidMeshError
+        Faces meet so many others that they are a tangle and no walls of solids.
+
     Examples
     --------
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -508,6 +517,11 @@ def arrange(mesh: Mesh, tree: ClosestPoint, near: float) -> Arrangement:
     points, triangles = mesh.points, mesh.connectivity.reshape(-1, 3)
     normals, areas = _normals(points, triangles)
     first, met = _meetings(tree, normals, areas, near)
+    if len(met) > _MEETINGS * len(triangles):
+        raise InvalidMeshError(
+            f"The {len(triangles)} faces of the installation space meet others in {len(met)} places: a "
+            "tangle which bounds nothing; clean it until it is one surface or a few solids that overlap."
+        )
     component = patches(build(mesh), np.empty((0, 2), np.int32))
     if not len(met) and not component.any():
         return Arrangement(mesh, None, False)  # one solid

@@ -26,8 +26,8 @@ from .caching import KernelCache
 _log = logging.getLogger("vtksmooth")
 
 #: The versions of numba, from the first to before the second, whose insides are as ``compilation`` needs
-#: them: the tests have run with each. Others compile as they do by themselves, in more time and into slower
-#: kernels with the same results.
+#: them: the tests run with the first and the last. Others compile as they do by themselves, in more time and
+#: into slower kernels with the same results.
 _KNOWN_NUMBA = (0, 63), (0, 69)
 
 #: Strict IEEE arithmetic (no ``fastmath``): a kernel that is composed of parts must give the same bits
