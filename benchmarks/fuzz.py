@@ -510,7 +510,7 @@ def _work(connection: Any, seed: int, threads: int) -> None:
 
 
 class Worker:
-    """A process that does cases, and is started anew after it died or hung."""
+    """A worker process for cases, restarted when it dies or hangs."""
 
     def __init__(self, seed: int, patience: float) -> None:
         self.seed, self.patience = seed, patience

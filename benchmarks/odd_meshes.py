@@ -173,7 +173,7 @@ def voxels(random: Random) -> Shape:
 
 
 def fan(random: Random) -> Shape:
-    """Return a vertex with many faces round it."""
+    """Return a fan: one vertex that many faces share."""
     n = int(random.choice([3, 7, 30, 500]))
     u = 2 * np.pi * np.arange(n) / n
     points = np.column_stack((np.cos(u), np.sin(u), np.zeros(n)))
@@ -306,7 +306,7 @@ def doubled(random: Random, shape: Shape) -> Shape:
 
 
 def turned(random: Random, shape: Shape) -> Shape:
-    """Turn some faces round."""
+    """Reverse the orientation of some faces."""
     points, faces = shape
     return points, [face[::-1] if random.random() < 0.3 else face for face in faces]
 

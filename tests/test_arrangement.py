@@ -64,7 +64,7 @@ def test_a_space_of_solids_that_overlap_anyhow_is_their_union(seed):
     clear = np.abs(expected) > 1e-6
     np.testing.assert_array_equal(found[clear] < 0, expected[clear] < 0)
     np.testing.assert_allclose(space.tree(points), found, atol=1e-9)
-    # Walls within are none: whoever is deep in one solid is that far from any wall.
+    # Faces inside the union are no walls: a point deep in one solid is far from every wall.
     assert (found[expected < 0] <= expected[expected < 0] + 1e-6).all()
     step = random.normal(size=points.shape) * 0.1
     change = np.abs(space(points + step) - found)

@@ -1,25 +1,12 @@
 """The evidence and the benchmark run, at sizes that take seconds; nothing here looks at a clock."""
 
-import importlib
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
-
-
-@pytest.fixture
-def program(monkeypatch):
-    """Import a module of benchmarks/, which is no package."""
-    monkeypatch.syspath_prepend(str(FOLDER))
-    before = set(sys.modules)
-    yield importlib.import_module
-    for name in set(sys.modules) - before:
-        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(FOLDER)):
-            del sys.modules[name]
 
 
 def test_evidence_on_generated_shapes(program, tmp_path):

@@ -73,7 +73,7 @@ def test_who_has_waited_for_too_long_compiles(kernel, monkeypatch):
     with FileLock(kernel._cache.path):
         assert kernel(2.0) == 6.0
         assert misses(kernel) == 1
-        assert KernelCache.patience == 0.0  # whoever hangs is not waited for again
+        assert KernelCache.patience == 0.0  # a lock that was held too long is not waited for again
 
 
 def test_a_kernel_that_cannot_be_compiled_holds_up_nobody(kernel, tmp_path):

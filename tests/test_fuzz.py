@@ -1,6 +1,5 @@
 """Odd meshes and damaged files, a small part: nothing dies, is lost or breaks a guarantee."""
 
-import importlib
 import os
 import sys
 import time
@@ -15,17 +14,6 @@ from vtksmooth.filters import FILTERS, SurfaceQuality, TrapeziumDrawing
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="process groups and limits of Linux")
-
-
-@pytest.fixture
-def program(monkeypatch):
-    """Import a module of benchmarks/, which is no package."""
-    monkeypatch.syspath_prepend(str(FOLDER))
-    before = set(sys.modules)
-    yield importlib.import_module
-    for name in set(sys.modules) - before:
-        if str(getattr(sys.modules[name], "__file__", "")).startswith(str(FOLDER)):
-            del sys.modules[name]
 
 
 def test_nothing_goes_wrong(program, tmp_path, capsys):

@@ -76,7 +76,7 @@ def test_corrections_by_their_definition(kind, corrections):
     for _ in range(corrections):
         residual = residuals(mesh.points, expected, mesh)
         answer = np.full(mesh.n_points, np.inf)
-        for v in np.flatnonzero(~free):  # corners stay: those round them take over
+        for v in np.flatnonzero(~free):  # corners stay: their neighbours take over
             residual[rings[v][free[rings[v]]]] += residual[v] / np.count_nonzero(free[rings[v]])
         for v in np.flatnonzero(free):  # (10): what a step of one along d sweeps, exactly
             moved = expected.copy()

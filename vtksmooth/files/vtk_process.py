@@ -108,7 +108,7 @@ class _Child:
                 raise _Died
 
     def kill(self) -> None:
-        """End the process; whoever waits for its answer learns that it has died."""
+        """End the process; callers that wait for an answer learn that it has died."""
         self._process.kill()
 
     def end(self) -> None:

@@ -500,7 +500,7 @@ def _vtk_class(data: Any) -> Any:
 
 
 def _shared(output: Any) -> Any:
-    """Return a new data object that shares everything with `output`, which VTK fills anew in each run."""
+    """Return a new data object that shares everything with `output`, which VTK reuses in each run."""
     result = output.NewInstance()
     result.ShallowCopy(output)
     return result

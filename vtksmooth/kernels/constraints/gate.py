@@ -231,10 +231,10 @@ class Gate(Constraint):
         return smallest, inverted
 
     def unwelcome(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
-        worse = self.worsened(state, before, after)
+        smallest, inverted = self._round(state, before, after)
+        worse = self._worse(smallest, inverted)
         if worse.any():
             return worse
-        smallest, _ = self._round(state, before, after)
         moved = (before != after).any(axis=1)
         # Cosines begin at -1.
         worst = np.maximum(smallest + (self.kind == ANGLE), _LEAST)
@@ -246,7 +246,9 @@ class Gate(Constraint):
         return lost if lost.any() else moved
 
     def worsened(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
-        smallest, inverted = self._round(state, before, after)
+        return self._worse(*self._round(state, before, after))
+
+    def _worse(self, smallest: Float64, inverted: Int64) -> npt.NDArray[np.bool_]:
         least = smallest[0].min()
         if self.kind == FLOOR:
             least = min(least, self.floor)
