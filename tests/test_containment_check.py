@@ -155,3 +155,45 @@ def test_a_wrong_sign_is_found_and_mended(monkeypatch):
             summary, mended = check(mesh, space)
         assert summary == expected
         np.testing.assert_array_equal(mended, distances)
+
+
+def on_a_lattice(mesh, shift=0.0):
+    """Round to multiples of 2^-20, so that all can be moved far without rounding."""
+    return mesh.with_points(np.round(2.0**20 * (mesh.points + shift)) / 2**20)
+
+
+@pytest.mark.parametrize("by", [(725_000_001.0, -3.0e6, 858_000_003.5), (0.25, 0.0, 1e6)])
+def test_where_the_meshes_are_does_not_matter(by):
+    # The faces of the spaces cross. By coordinates relative to 0, far off some winding numbers are wrong.
+    random = np.random.default_rng(3)
+    box, part = meshes.cube(2, triangles=True), on_a_lattice(meshes.cube(3), 0.2)
+    part = part.with_points(0.5 * part.points)
+    for _ in range(10):
+        space = on_a_lattice(box, 0.3 * random.normal(size=box.points.shape))
+        here, there = check(part, space), check(moved(part, *by), moved(space, *by))
+        assert here[0] == there[0]
+        np.testing.assert_array_equal(here[1], there[1])
+
+
+@pytest.mark.parametrize("scale", [2.0**230, 2.0**-230])
+def test_sizes_do_not_matter(scale):
+    # Fifth powers of such lengths are out of the range of float64.
+    space, part = meshes.torus(16, 9, "quads", jitter=0.1), meshes.torus(12, 7, jitter=0.2, seed=1)
+    for around in (space, meshes.joined(space, moved(space, 0.5, 0.1, 0.2))):
+        usual, distances = check(part, around)
+        summary, large = check(*(mesh.with_points(scale * mesh.points) for mesh in (part, around)))
+        np.testing.assert_array_equal(large, scale * distances)
+        assert summary == usual | {"max_outside": scale * usual["max_outside"]}
+
+
+def test_points_of_no_face_do_not_count():
+    # One that is far off made all distances as good as none.
+    stray = [[1e300, 0, 0], [0, -1e20, 0]]
+    part, space = (
+        mesh.with_points(np.vstack((mesh.points, stray)))
+        for mesh in (moved(meshes.cube(2), 2.25, 1, 1), meshes.cube(4))
+    )
+    summary, distances = check(part, space)
+    assert (summary["vertices_outside"], summary["max_outside"]) == (9, 0.25)
+    assert np.isnan(distances[-2])
+    assert distances[-1] > 0.9e20

@@ -423,3 +423,19 @@ def test_the_pose_does_not_matter(containment):
         one, two = pv.wrap(smoothing(part, space)), pv.wrap(smoothing(turned(part), turned(space)))
         np.testing.assert_array_equal(one["Fixed"], two["Fixed"])
         np.testing.assert_allclose((two.points - shift) @ turn, one.points, atol=1e-9)
+
+
+def test_where_the_meshes_are_does_not_matter():
+    # All coordinates are multiples of 2^-20, also there: nothing is rounded on the way, only the result.
+    sim, inst = samples.channel()
+    for mesh in (sim, inst):
+        mesh.points = np.round(2.0**20 * mesh.points.astype(np.float64)) / 2**20
+    by = np.array([725_000_001.0, -3.0e6, 858_000_003.0])
+    found = []
+    for shift in (0 * by, by):
+        smoothing = InstallationSpaceSmoothing(iterations=5)
+        result = smoothing(*(mesh.translate(shift, inplace=False) for mesh in (sim, inst)))
+        found.append((pv.wrap(result).points - shift, smoothing.report))
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=2.0**-23)
+    assert found[0][1].outside == found[1][1].outside == (0, 0)
+    assert found[0][1].swept_volume == found[1][1].swept_volume

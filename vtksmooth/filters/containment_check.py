@@ -9,6 +9,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.crossings import crossing_triangles
+from ..kernels.mesh import LARGEST_COORDINATE
 from ..kernels.triangulate import triangulate
 from .arrays import output_like, vtk_array
 from .base import Filter, add_field
@@ -102,8 +103,9 @@ class ContainmentCheck(Filter):
         triangles, face = triangulate(mesh)
         self.notes += space.notes
         distances = np.full(mesh.n_points, np.nan)
-        finite = np.isfinite(mesh.points).all(axis=1)
-        distances[finite] = space(mesh.points[finite], lambda part: self.progress(0.1 + 0.6 * part))
+        # Points of no face may be anywhere.
+        there = (np.abs(mesh.points) <= LARGEST_COORDINATE).all(axis=1)
+        distances[there] = space(mesh.points[there], lambda part: self.progress(0.1 + 0.6 * part))
         _settle_signs(space, mesh.points, distances, tolerance)
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)

@@ -17,13 +17,13 @@ from ..kernels.crossings import crossing_triangles
 from ..kernels.mesh import Mesh
 from ..kernels.signed_distance import SignedDistanceTree
 from ..report import InstallationSpaceReport
-from .arrays import output_like, points_of, vtk_array
+from .arrays import output_like, surface_of, vtk_array
 from .base import add_field
 from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
 from .parameter import AUTO, CONSTRAINTS, SET, Parameter
 from .places import Block
-from .signed_distance import opened, touching_distance, used_points
+from .signed_distance import opened, relative, touching_distance, used_points
 from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
 from .valence_triangulation import ValenceTriangulation
 
@@ -139,6 +139,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         triangles = output_like(source)
         self.progress(0.05, "measuring distances")
         before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
+        self.origin = given.origin
         space = given.tree
         contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
         fixed, weights, summary = classify(
@@ -155,7 +156,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         output = super().execute(triangles)
         self._share = whole
         self.progress(0.9, "verifying")
-        after = _violations(before.with_points(points_of(output).astype(np.float64)), space, tolerance)
+        after = _violations(relative(surface_of(output).mesh, self.origin), space, tolerance)
         report = InstallationSpaceReport(
             **asdict(self.report),
             **summary,

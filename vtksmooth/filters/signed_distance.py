@@ -55,12 +55,17 @@ class SignedDistance:
         surface that is inside out is turned.
     name : str
         What errors and notes call it.
+    beside : Mesh, optional
+        A mesh that distances will be asked for. If there is one, all coordinates, of what is asked as well,
+        are relative to an origin.
 
     Attributes
     ----------
     mesh : Mesh
         The triangles that distances are measured to, normals outwards. If faces cross, overlap or touch along
         lines, those of the parts that bound the inside, which need not share points.
+    origin : (3,) float64
+        See :func:`common_origin`; 0 without a mesh beside.
     closed : bool
         Whether every edge has faces on both sides, without lids.
     turned : bool
@@ -84,10 +89,14 @@ class SignedDistance:
     array([-0.5,  0. ,  1.5])
     """
 
-    def __init__(self, space: Any, name: str = "installation space") -> None:
+    def __init__(self, space: Any, name: str = "installation space", beside: Mesh | None = None) -> None:
         self.notes: list[str] = []
+        self.origin: Float64 = np.zeros(3)
         try:
-            polygons = _merged(space)
+            surface = surface_of(space).mesh
+            if beside is not None:
+                self.origin = common_origin(surface, beside)
+            polygons = _merged(relative(surface, self.origin))
             borders, clashes, crowded = _edges(polygons)
             if crowded:
                 polygons = _without_double_walls(polygons)
@@ -138,9 +147,14 @@ class SignedDistance:
             self._surface = ClosestPoint(found.mesh)
 
     @cached_property
+    def _unit(self) -> float:
+        """VTK takes fifth powers of lengths, which overflow: by this it gets lengths near 1, not rounded."""
+        return float(np.ldexp(1.0, -int(np.frexp(self.mesh.diagonal)[1])))
+
+    @cached_property
     def _function(self) -> vtkImplicitPolyDataDistance:
         polydata = vtkPolyData()
-        polydata.SetPoints(vtk_points(self.mesh.points))
+        polydata.SetPoints(vtk_points(self._unit * self.mesh.points))
         polydata.SetPolys(vtk_triangles(self.mesh.connectivity.reshape(-1, 3)))
         function = vtkImplicitPolyDataDistance()
         function.SetInput(polydata)
@@ -167,8 +181,8 @@ class SignedDistance:
         for first in range(0, len(points), _BATCH):
             progress(first / len(points))
             batch = slice(first, first + _BATCH)
-            self._function.FunctionValue(vtk_array(points[batch]), found)
-            result[batch] = vtk_to_numpy(found)
+            self._function.FunctionValue(vtk_array(self._unit * points[batch]), found)
+            result[batch] = vtk_to_numpy(found) / self._unit
         return result if self._cut is None else self.with_signs(points, result)
 
     def with_signs(self, points: Float64, distances: Float64) -> Float64:
@@ -183,6 +197,7 @@ def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, Signe
     Returns
     -------
     mesh : Mesh
+        Relative to the origin of the space, see :func:`common_origin`.
     space : SignedDistance
         Its notes say what is unusual about the two together, too.
     tolerance : float
@@ -193,9 +208,35 @@ def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, Signe
     InvalidMeshError
         One of them is no usable surface, or they cannot be inside each other.
     """
-    mesh, space = surface_of(source).mesh, SignedDistance(installation)
-    space.notes += check_sizes(mesh, space.mesh)
+    mesh = surface_of(source).mesh
+    space = SignedDistance(installation, beside=mesh)
+    mesh = relative(mesh, space.origin)
+    space.notes += check_sizes(mesh, space.mesh, space.origin)
     return mesh, space, touching_distance(fraction, space.mesh, source, installation)
+
+
+def common_origin(space: Mesh, mesh: Mesh) -> Float64:
+    """Return what the coordinates of both surfaces are taken relative to, (3,).
+
+    Far from 0 products of coordinates lose the digits that tell inside from outside. The lowest coordinate of
+    the space on each axis; 0 where subtracting that would round a coordinate of a face. So wherever the two
+    surfaces are moved to without rounding, what is computed is the same.
+    """
+    places = np.concatenate([one.points[used_points(one)] for one in (space, mesh)])
+    low = space.points[used_points(space)].min(axis=0, initial=np.inf)
+    return np.where((_rounding_of_difference(places, low) == 0.0).all(axis=0), low, 0.0)
+
+
+def relative(mesh: Mesh, origin: Float64) -> Mesh:
+    """Return the mesh with coordinates relative to an origin."""
+    return mesh.with_points(mesh.points - origin) if origin.any() else mesh
+
+
+def _rounding_of_difference(a: Float64, b: Float64) -> Float64:
+    """Return by how much the floating-point number a - b is off (D. Knuth, TAOCP 2, section 4.2.2)."""
+    difference = a - b
+    part = a - difference
+    return (a - (difference + part)) + (part - b)  # type: ignore[no-any-return]
 
 
 def used_points(mesh: Mesh) -> npt.NDArray[np.int64]:
@@ -205,8 +246,10 @@ def used_points(mesh: Mesh) -> npt.NDArray[np.int64]:
     return np.flatnonzero(used)
 
 
-def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
+def check_sizes(sim: Mesh, space: Mesh, origin: Float64 | float = 0.0) -> list[str]:
     """Refuse two surfaces that cannot be inside each other: apart, or one far larger than its space.
+
+    Coordinates are relative to `origin`.
 
     Returns
     -------
@@ -227,8 +270,8 @@ def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
     sizes = [" x ".join(f"{size:.4g}" for size in box[1] - box[0]) for box in boxes]
     if (low > space_high + margin).any() or (high < space_low - margin).any():
         raise InvalidMeshError(
-            f"The mesh ({sizes[0]}, from {_place(low)}) and the installation space ({sizes[1]}, from "
-            f"{_place(space_low)}) are apart; check units and positions."
+            f"The mesh ({sizes[0]}, from {_place(low + origin)}) and the installation space ({sizes[1]}, "
+            f"from {_place(space_low + origin)}) are apart; check units and positions."
         )
     size, space_size = np.linalg.norm(high - low), np.linalg.norm(space_high - space_low)
     if size > _OTHER_UNITS * space_size:
@@ -242,14 +285,14 @@ def check_sizes(sim: Mesh, space: Mesh) -> list[str]:
 
 
 def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
-    """Return the distance, model units, within which points of `sources` count as on the `space`.
+    """Return the distance, model units, within which points of faces of `sources` count as on the `space`.
 
     `fraction` of the space's diagonal, as if it were a box (of its span: the pose must not matter), but no
     less than what rounding the largest coordinate leaves open.
     """
     roundings = [
-        4.0 * float(np.finfo(points.dtype).eps) * float(np.abs(points[np.isfinite(points)]).max(initial=0.0))
-        for points in map(points_of, sources)
+        4.0 * float(np.finfo(points.dtype).eps) * float(np.abs(points[used_points(mesh)]).max(initial=0.0))
+        for points, mesh in ((points_of(source), surface_of(source).mesh) for source in sources)
         if points.dtype.kind == "f"
     ]
     return max([fraction * space.span, *roundings])
@@ -259,8 +302,7 @@ def _place(point: Float64) -> str:
     return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
 
 
-def _merged(space: Any) -> Mesh:
-    surface = surface_of(space).mesh
+def _merged(surface: Mesh) -> Mesh:
     raw, clean = vtkPolyData(), vtkCleanPolyData()
     raw.SetPoints(vtk_points(surface.points))
     raw.SetPolys(vtk_cells(surface.offsets, surface.connectivity))

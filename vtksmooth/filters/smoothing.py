@@ -235,6 +235,9 @@ class SmoothingFilter(Filter):
     tangent_plane: Any = False
     back_to_surface: Any = False
 
+    #: What the loop's coordinates are relative to, (3,).
+    origin: Any = (0.0, 0.0, 0.0)
+
     #: Weights that the input gives, see `blend`.
     _weights: npt.NDArray[Any] | None = None
 
@@ -310,32 +313,37 @@ class SmoothingFilter(Filter):
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata."""
         (source,) = inputs
-        surface = surface_of(source)
-        diagonal = surface.mesh.diagonal
+        given = surface_of(source).mesh
+        mesh = given.with_points(given.points - self.origin) if np.any(self.origin) else given
+        diagonal = mesh.diagonal
         self.read_arrays(source)
         held = self.held_points(source)
         self._weights = self.weights_of_steps(source, held)
         points, report = loop.smooth(
-            surface.mesh,
+            mesh,
             self.make_scheme(),
             self.make_constraints(diagonal),
             iterations=self.iterations,
             fixed=held,
             max_displacement=self._point_array(source, "max_displacement"),
-            find_features=self._features(source, surface.mesh),
+            find_features=self._features(source, mesh),
             stop=self.make_stop_rules(diagonal),
             progress=self.progress,
             watched=bool(self.HasObserver("ProgressEvent")),
         )
-        if not np.isfinite(points).all() and np.isfinite(surface.mesh.points).all():
+        if not np.isfinite(points).all() and np.isfinite(mesh.points).all():
             raise VtksmoothError(
                 "The scheme diverged: points left the finite numbers; lower the relaxation factor."
             )
+        if given is not mesh:
+            points = np.where(points == mesh.points, given.points, points + self.origin)
         rounded = self._in_output_precision(points, points_of(source).dtype)
         if report.volume is not None:
             report = replace(
                 report,
-                volume_rounded=measure.signed_volume(surface.mesh.with_points(rounded.astype(np.float64))),
+                volume_rounded=measure.signed_volume(
+                    mesh.with_points(rounded.astype(np.float64) - self.origin)
+                ),
             )
         if self.whole is not None:
             report = replace(report, merged_points=self.whole.merged_points)

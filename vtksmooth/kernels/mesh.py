@@ -21,7 +21,7 @@ _INDEX_LIMIT = 2**31 - 1
 LARGEST_POLYGON = 64
 
 #: Squares of areas of faces this large or this small leave the range of float64.
-_LARGEST_COORDINATE, _SMALLEST_MESH = 1e70, 1e-70
+LARGEST_COORDINATE, _SMALLEST_MESH = 1e70, 1e-70
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Mesh:
             raise InvalidMeshError(
                 f"Coordinates go up to {largest:.3g} only, where areas vanish; scale the mesh up."
             )
-        if largest <= _LARGEST_COORDINATE:
+        if largest <= LARGEST_COORDINATE:
             return
         used = self.used_points
         coordinates = self.points[used]
@@ -118,7 +118,7 @@ class Mesh:
                 f"{len(bad)} of the points used by faces have NaN or infinite coordinates "
                 f"(the first is point {bad[0]}); repair or remove them."
             )
-        if len(used) and np.abs(coordinates).max() > _LARGEST_COORDINATE:
+        if len(used) and np.abs(coordinates).max() > LARGEST_COORDINATE:
             raise InvalidMeshError(
                 f"Coordinates go up to {np.abs(coordinates).max():.3g}, where areas overflow; "
                 "scale the mesh down."
