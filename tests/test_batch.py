@@ -66,7 +66,7 @@ def test_results_of_equal_names_do_not_overwrite_each_other(tmp_path):
         Path("a/part.ply"),
         Path("b/PART.ply"),
         Path("b/part.stl"),
-        Path("c/part.glb"),
+        Path("c/part.gltf"),
         Path("part-2.ply"),
     ]
     names = [job.target.name for job in batch.plan(files, tmp_path)]
@@ -97,7 +97,7 @@ def test_plans_that_cannot_be(folder, tmp_path):
     for sources, output, extension, what in (
         ([tmp_path / "empty"], tmp_path, None, "no mesh files"),
         ([folder], folder / "one.ply", None, "not a folder"),
-        ([folder], tmp_path, ".glb", "no format that can be written"),
+        ([folder], tmp_path, ".gltf", "no format that can be written"),
     ):
         with pytest.raises(MeshFileError, match=what):
             batch.plan(sources, output, extension)

@@ -21,7 +21,7 @@ FOREIGN = [
     {"filelock", "numpy", "llvmlite", "numba", "scipy"},
     {"numpy", "vtkmodules"},
     {"numpy", "vtkmodules", "paraview"},
-    {"numpy", "vtkmodules", "pyvista"},
+    {"numpy", "vtkmodules", "pyvista", "trimesh"},
     {"numpy", "vtkmodules", "pyvista", "matplotlib"},
 ]
 LAYERS = {

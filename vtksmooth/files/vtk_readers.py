@@ -11,8 +11,13 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkDataArray
+
 from ..errors import MeshFileError
 from . import vtk_messages
+from .polygons import colours
 from .surfaces import surface_of
 
 #: The readers of VTK that are used, by extension: module and class.
@@ -77,11 +82,38 @@ def read(path: Path, name: str, extension: str) -> tuple[Any, list[str]]:
         raise MeshFileError(f"{name} is damaged or truncated ({messages[0]}); export it again.")
     notes: list[str] = []
     surface = surface_of(name, data, notes)
-    if extension in (".glb", ".gltf") and reader.GetNumberOfTextures():
-        notes.append(
-            f"{Path(name).name}: the pictures of textures were left out; texture coordinates are kept."
-        )
+    if extension in (".glb", ".gltf"):
+        _as_elsewhere(surface.GetPointData())
+        if reader.GetNumberOfTextures():
+            notes.append(
+                f"{Path(name).name}: the pictures of textures were left out; texture coordinates are kept."
+            )
     return surface, notes
+
+
+def _as_elsewhere(data: Any) -> None:
+    """Give what glTF files hold of points the names and the meaning that other formats give it."""
+    for old, new in (("NORMAL", "Normals"), ("TEXCOORD_0", "TCoords")):
+        if data.HasArray(old) and not data.HasArray(new):
+            data.GetArray(old).SetName(new)
+    textures = data.GetArray("TCoords")
+    if textures is not None and textures.GetNumberOfComponents() == 2:
+        # There, pictures begin at the top; in all other formats, at the bottom.
+        values = vtk_to_numpy(textures)
+        values[:, 1] = 1.0 - values[:, 1]
+        data.SetActiveTCoords("TCoords")
+    found = data.GetArray("COLOR_0")
+    values = None if found is None else colours(vtk_to_numpy(found))
+    if values is not None:
+        if values.shape[1] == 4 and (values[:, 3] == (255 if values.dtype == np.uint8 else 1)).all():
+            values = np.ascontiguousarray(values[:, :3])
+        array = vtkDataArray.CreateDataArray(VTK_UNSIGNED_CHAR if values.dtype == np.uint8 else VTK_FLOAT)
+        array.SetNumberOfComponents(values.shape[1])
+        array.SetNumberOfTuples(len(values))
+        vtk_to_numpy(array)[:] = values
+        array.SetName("RGB" if values.shape[1] == 3 else "RGBA")
+        data.RemoveArray("COLOR_0")
+        data.AddArray(array)
 
 
 def file_name(path: Path) -> str | bytes:

@@ -18,11 +18,13 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import MeshFileError
 from ..filters.arrays import cells_of, name_of, points_of, strip_triangles
-from . import names, obj, off, ply, stl, vtk_formats
+from . import gltf, names, obj, off, ply, stl, threemf, vtk_formats
 from .polygons import Kept, Polygons
 
-#: The formats that are written here, and not by VTK.
+#: The formats of which not all of a mesh is written.
 _WRITE_POLYGONS: dict[str, Callable[[IO[bytes], Polygons], Kept]] = {
+    ".3mf": threemf.write,
+    ".glb": gltf.write,
     ".obj": obj.write,
     ".off": off.write,
     ".ply": ply.write,
@@ -30,7 +32,14 @@ _WRITE_POLYGONS: dict[str, Callable[[IO[bytes], Polygons], Kept]] = {
 }
 
 #: Those of them that hold faces only.
-_FACES_ONLY = (".off", ".stl")
+_FACES_ONLY = (".3mf", ".glb", ".off", ".stl")
+
+#: Those of them that hold triangles only, and those that do so in single precision.
+_TRIANGLES_ONLY = (".3mf", ".glb", ".stl")
+_SINGLE_PRECISION = (".glb", ".stl")
+
+#: Those of them that cannot hold coordinates that are infinite or no numbers.
+_FINITE = (".3mf", ".glb")
 
 #: The formats that can be written, by extension.
 WRITABLE = (*sorted([*vtk_formats.WRITERS, *_WRITE_POLYGONS]),)
@@ -59,8 +68,8 @@ def check_writable(path: str | os.PathLike[str], lines: bool = False) -> None:
     Raises
     ------
     MeshFileError
-        The extension is not one of :data:`WRITABLE` (of ``HOLDING_LINES``); or see
-        :func:`check_place`.
+        The extension is not one of :data:`WRITABLE` (of ``HOLDING_LINES``), or needs a package that is not
+        installed; or see :func:`check_place`.
     """
     path = Path(path).expanduser()
     extensions = HOLDING_LINES if lines else WRITABLE
@@ -69,6 +78,8 @@ def check_writable(path: str | os.PathLike[str], lines: bool = False) -> None:
             f"cannot write {path}: the extension {path.suffix or '(none)'!r} is no format that can be "
             f"written{' with lines' if lines else ''}; use one of {' '.join(extensions)}."
         )
+    if path.suffix.lower() == ".3mf":
+        threemf.check_installed(path)
     check_place(path)
 
 
@@ -214,17 +225,39 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
             notes.append(f"{name}: PLY holds points without cells; {others[-1]} of them were left out.")
         if (polygons.lines[0] > 2).any():
             notes.append(f"{name}: PLY holds edges; longer lines were written as their segments.")
-    if extension == ".stl":
-        if mesh.points.dtype != np.float32:
-            notes.append(f"{name}: STL keeps single precision only; the points were rounded.")
-        if (polygons.sizes != 3).any():
-            notes.append(f"{name}: STL holds triangles only; larger faces were split.")
-            polygons = _polygons(_triangulated(mesh))
+    _check_coordinates(polygons, name, extension)
+    if extension in _SINGLE_PRECISION and mesh.points.dtype != np.float32:
+        notes.append(f"{name}: {format_name} keeps single precision only; the points were rounded.")
+    if extension in _TRIANGLES_ONLY and (polygons.sizes != 3).any():
+        notes.append(f"{name}: {format_name} holds triangles only; larger faces were split.")
+        polygons = _polygons(_triangulated(mesh))
+    if extension == ".3mf":
+        polygons, flat = threemf.proper(polygons)
+        if flat:
+            notes.append(f"{name}: {flat} triangles with two equal corners were left out.")
     if mesh.n_strips:
         notes.append(f"{name}: triangle strips were written as their triangles.")
     with temporary.open("wb") as file:
         kept = _WRITE_POLYGONS[extension](file, polygons)
     return _lost_arrays(mesh, kept, name, format_name) + notes
+
+
+def _check_coordinates(polygons: Polygons, name: str, extension: str) -> None:
+    """Refuse coordinates that a format does not hold."""
+    points, format_name = polygons.points, extension[1:].upper()
+    if extension in _FINITE and not np.isfinite(points).all():
+        raise MeshFileError(
+            f"cannot write {name}: {format_name} holds finite coordinates only; remove the points that have "
+            "others, or use .vtp."
+        )
+    if extension == ".stl":  # has no points without a face
+        points = points[polygons.connectivity]
+    largest = np.abs(points, where=np.isfinite(points), out=np.zeros_like(points)).max(initial=0.0)
+    if extension in _SINGLE_PRECISION and largest > np.finfo(np.float32).max:
+        raise MeshFileError(
+            f"cannot write {name}: {format_name} keeps single precision only, which ends at 3.4e38; scale "
+            "the mesh, or use .vtp."
+        )
 
 
 def _count(number: int, what: str) -> list[str]:
