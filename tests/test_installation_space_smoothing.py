@@ -404,10 +404,10 @@ def test_voxels_inside_a_real_part():
 
 @pytest.mark.parametrize("containment", ["none", "vertices", "exact"])
 def test_the_pose_does_not_matter(containment):
-    for seed in range(4):
+    for seed in (0, 1, 10, 42):
         random = np.random.default_rng(seed)
-        outer = np.zeros((7, 7, 7), bool)
-        outer[1:6, 1:6, 1:6] = random.random((5, 5, 5)) < 0.75
+        outer = np.zeros((8, 8, 8), bool)
+        outer[1:7, 1:7, 1:7] = random.random((6, 6, 6)) < 0.75
         inner = outer & (random.random(outer.shape) < 0.75)
         part, space = (meshes.polydata(meshes.voxels(np.argwhere(cells))) for cells in (inner, outer))
         turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
@@ -419,10 +419,10 @@ def test_the_pose_does_not_matter(containment):
             other.points = other.points @ turn.T + shift  # noqa: B023
             return other
 
-        smoothing = InstallationSpaceSmoothing(iterations=8, containment=containment)
+        smoothing = InstallationSpaceSmoothing(iterations=10, containment=containment)
         one, two = pv.wrap(smoothing(part, space)), pv.wrap(smoothing(turned(part), turned(space)))
         np.testing.assert_array_equal(one["Fixed"], two["Fixed"])
-        np.testing.assert_allclose((two.points - shift) @ turn, one.points, atol=1e-9)
+        np.testing.assert_allclose((two.points - shift) @ turn, one.points, atol=1e-12)
 
 
 def test_where_the_meshes_are_does_not_matter():

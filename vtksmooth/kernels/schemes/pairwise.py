@@ -27,8 +27,9 @@ BLOCK_SIZE = 2048
 #: The two rows of an edge's system are the same up to rounding: the pair has no best place.
 _SINGULAR = 1e-12
 
-#: Part of the squared steps that is left when the volume takes all of them back, up to rounding.
-_TAKEN_BACK = 1e-16
+#: Part of the squared steps that is left when the volume takes all of them back, up to rounding. Of less than
+#: 1e-15 rounding tells whether the energy falls, and steps of 1e-8 are taken in one pose and not in another.
+_TAKEN_BACK = 1e-14
 
 
 class Edges(NamedTuple):
@@ -424,7 +425,7 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):  # 
                 d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
             wanted = _square(d)
             _keep_volume(si, sj, ux, uy, uz, g, d)
-            # What the volume takes back but for rounding is no step: whether it wins is rounding too.
+            # What the volume takes back but for rounding is no step.
             if _square(d) <= _TAKEN_BACK * wanted:
                 continue
             # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
