@@ -7,11 +7,20 @@ import pytest
 
 from vtksmooth.errors import MeshFileError
 from vtksmooth.files import obj
+from vtksmooth.files import text as text_module
 from vtksmooth.files.polygons import Polygons
 
 POINTS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
 FACES = "f 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n"
 CORNERS = [0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2]
+
+
+@pytest.fixture(autouse=True, params=["small", "large"])
+def size(request, monkeypatch):
+    """Large files are read and written by kernels."""
+    if request.param == "large":
+        monkeypatch.setattr(text_module, "_LARGE", 0)
+        monkeypatch.setattr(text_module, "_MANY", 0)
 
 
 def read(tmp_path, text):

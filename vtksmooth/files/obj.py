@@ -20,14 +20,16 @@ from .text import (
     Ints,
     Lines,
     Rows,
+    Text,
     blocks,
+    corner_numbers,
     decoded,
     first_bad_line,
     quoted,
     rows,
     unified,
     without_comments,
-    write_cells,
+    write_elements,
     write_table,
 )
 
@@ -83,7 +85,8 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
         head = file.read(1 << 16)
         if b"\0" in head:
             raise MeshFileError(f"{path} is not an OBJ file, as its extension says; check its name.")
-        text = unified(head + file.read())
+        file.seek(0)
+        text = unified(file.read())
     if b"\\" in text:
         text = _CONTINUED.sub(lambda line: line[0].replace(b"\\", b" ").replace(b"\n", b" "), text)
     lines = Lines(text)
@@ -177,40 +180,47 @@ def _elements(name: str, lines: Lines, which: Ints, defined: tuple[Ints, Ints, I
     if not len(which):
         return _Corners(which, *NONE, *NONE)
     text = without_comments(lines.after(which, 1))
+    found = corner_numbers(text)
+    sizes, indices = _indices(name, text) if found is None else found
+    columns = []
+    for row, kind in zip(indices, defined, strict=True):
+        if not row.any():
+            columns.append(np.broadcast_to(np.int64(-1), len(row)))
+            continue
+        if row.min() < 0:
+            negative = row < 0
+            # Counted back from the element's own line; what reaches too far back stays negative.
+            there = np.repeat(np.searchsorted(kind, which), sizes)[negative]
+            back = there + row[negative] + 1
+            row[negative] = np.where(back > 0, back, row[negative])
+        row -= 1
+        columns.append(row)
+    points = columns[0]
+    if len(points) and (points.min() < 0 or points.max() >= len(defined[0])):
+        wrong = (points < 0) | (points >= len(defined[0]))
+        raise MeshFileError(
+            f"{name} is damaged: an element refers to point {points[wrong][0] + 1}, but the points are "
+            f"numbered 1 to {len(defined[0])}; export it again."
+        )
+    return _Corners(which, sizes, *columns)
+
+
+def _indices(name: str, text: Text) -> tuple[Ints, Ints]:
+    """Return how many corners each line has, and the indices of each corner, (3, k), 0 where missing."""
     table = rows(text.replace(b"/", b" "))
     if table is None:
         raise _bad_element(name, text)
     with np.errstate(invalid="ignore"):
-        values, sizes = table.values.astype(np.int64), table.counts
+        values = table.values.astype(np.int64)
     if (values != table.values).any():
         raise _bad_element(name, text)
-    if b"/" in text:
-        sizes, indices = _indices(name, text, values)
-    else:
+    if b"/" not in text:
         indices = np.zeros((3, len(values)), np.int64)
         indices[0] = values
-    for i, kind in enumerate(defined):
-        if indices[i].min() < 0:
-            negative = indices[i] < 0
-            # Counted back from the element's own line; what reaches too far back stays negative.
-            there = np.repeat(np.searchsorted(kind, which), sizes)[negative]
-            back = there + indices[i, negative] + 1
-            indices[i, negative] = np.where(back > 0, back, indices[i, negative])
-    if indices[0].min() < 1 or indices[0].max() > len(defined[0]):
-        wrong = (indices[0] < 1) | (indices[0] > len(defined[0]))
-        raise MeshFileError(
-            f"{name} is damaged: an element refers to point {indices[0, wrong][0]}, but the points are "
-            f"numbered 1 to {len(defined[0])}; export it again."
-        )
-    indices -= 1
-    return _Corners(which, sizes, *indices)
-
-
-def _indices(name: str, text: bytes, values: Ints) -> tuple[Ints, Ints]:
-    """Return how many corners each line has, and the indices of each corner, (3, k), 0 where missing."""
+        return table.counts, indices
     found = []
     read = 0
-    for block in blocks(text):
+    for block in blocks(bytes(text)):
         codes = np.frombuffer(block, np.uint8)
         slash, blank = codes == ord("/"), codes <= 32
         corners = np.flatnonzero(~blank & np.concatenate(([True], blank[:-1])))
@@ -232,7 +242,7 @@ def _indices(name: str, text: bytes, values: Ints) -> tuple[Ints, Ints]:
     return np.concatenate([part[0] for part in found]), np.concatenate([part[1] for part in found], axis=1)
 
 
-def _bad_element(name: str, text: bytes) -> MeshFileError:
+def _bad_element(name: str, text: Text) -> MeshFileError:
     for line in text.split(b"\n"):
         if not all(re.fullmatch(rb"[-+]?\d{1,15}(/([-+]?\d{1,15})?)*", word) for word in line.split()):
             break
@@ -253,20 +263,21 @@ def _attribute(
     notes: list[str],
 ) -> npt.NDArray[np.float32] | None:
     """Return texture coordinates or normals at points; None, with a note, where that cannot be."""
-    if not len(indices) or (indices == -1).all():
+    if indices.max(initial=-1) == indices.min(initial=-1) == -1:
         # No element refers to them; some programs write one for each point, all the same.
         if len(which) != n_points:
             notes.append(f"{name}: {what} left out, as no face refers to them.")
             return None
         indices, corners = np.arange(n_points), np.arange(n_points)
-    wrong = (indices < -1) | (indices >= len(which))
-    if wrong.any():
+    least = int(indices.min())
+    if least < -1 or indices.max() >= len(which):
+        wrong = (indices < -1) | (indices >= len(which))
         worst = int(indices[wrong][0]) + 1
         raise MeshFileError(
             f"{name} is damaged: an element refers to number {worst} of its {what}, which are "
             f"numbered 1 to {len(which)}; export it again."
         )
-    if (indices == -1).any():
+    if least == -1:
         notes.append(f"{name}: {what} left out, as not every corner has one.")
         return None
     columns = 2 if what == "texture coordinates" else 3
@@ -349,7 +360,6 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
         write_table(file, "vt", mesh.point_data[textures][:, :2])
     if normals:
         write_table(file, "vn", mesh.point_data[normals][:, :3])
-    corner = "/".join(("%d", "%d" if textures else "", "%d" if normals else "")).rstrip("/")
     named = {}
     for word, wanted in (("o", ("Object",)), ("g", ("Group", "Solid")), ("usemtl", ("Material",))):
         found = parts(mesh, wanted)
@@ -358,10 +368,10 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
             kept.cell_data.add(f"{found[0]}Ids")
             kept.field_data.add(f"{found[0]}Names")
     first = 0
-    for word, form, (sizes, corners) in (
-        ("p", "%d", mesh.verts),
-        ("l", "%d", mesh.lines),
-        ("f", corner, (mesh.sizes, mesh.connectivity)),
+    for word, (sizes, corners), columns in (
+        ("p", mesh.verts, (True,)),
+        ("l", mesh.lines, (True,)),
+        ("f", (mesh.sizes, mesh.connectivity), (True, textures is not None, normals is not None)),
     ):
         before: dict[int, str] = {}
         for statement, (_, which, names) in named.items():
@@ -370,8 +380,7 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
             for i in changes.tolist():
                 part = " ".join(names[here[i]].split()) or f"part_{here[i]}"
                 before[i] = f"{before.get(i, '')}{statement} {part}\n"
-        repeats = form.count("%")
-        lines = {size * repeats: f"{word}{f' {form}' * size}\n" for size in np.unique(sizes).tolist()}
-        write_cells(file, sizes * repeats, np.repeat(corners + 1, repeats), lines, before)
+        numbers = np.outer(corners + 1, columns)
+        write_elements(file, word, sizes, numbers, before)
         first += len(sizes)
     return kept

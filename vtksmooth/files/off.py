@@ -14,7 +14,17 @@ import numpy.typing as npt
 
 from ..errors import MeshFileError
 from .polygons import Kept, Polygons, colours
-from .text import Rows, first_bad_line, quoted, rows, unified, without_comments, write_cells, write_table
+from .text import (
+    Rows,
+    Text,
+    first_bad_line,
+    quoted,
+    rows,
+    unified,
+    without_comments,
+    write_cells,
+    write_table,
+)
 
 _HEAD = 65536
 
@@ -25,7 +35,7 @@ _HEADER = re.compile(rb"((?:ST|C|N|st|c|n)*)(?:OFF|off|Off)(?=\s|\d|$)")
 _OTHER_SPACE = re.compile(rb"(ST|C|N)*(4n?|n)OFF")
 
 
-def _header(path: Path, text: bytes) -> tuple[bytes, int, int, int]:
+def _header(path: Path, text: Text) -> tuple[bytes, int, int, int]:
     """Return what is announced of points, the numbers of points and faces, and where the counts end."""
     start = len(text) - len(text.lstrip())
     if _OTHER_SPACE.match(text, start):
@@ -100,7 +110,7 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     return Polygons(points, sizes, connectivity, point_data, cell_data), notes
 
 
-def _not_numbers(path: Path, text: bytes, n_points: int) -> MeshFileError:
+def _not_numbers(path: Path, text: Text, n_points: int) -> MeshFileError:
     at, line = first_bad_line(text)
     row = sum(bool(before.strip()) for before in text.split(b"\n")[:at])
     what = f"point {row}" if row < n_points else f"face {row - n_points}"
@@ -256,7 +266,7 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
         behind = numbers.shape[1]
         values = np.insert(values.astype(object), np.repeat(ends, behind), numbers.ravel().astype(object))
     lines = {size + behind: f"{size}{' %d' * size}{' %r' * behind}\n" for size in np.unique(sizes).tolist()}
-    write_cells(file, sizes + behind, values, lines, {})
+    write_cells(file, sizes + behind, values, lines)
     kept = {name for name in (normals, colour, textures) if name}
     return Kept(kept, {of_faces} if of_faces else set(), set())
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ..errors import MeshFileError
 from .polygons import Kept, Polygons, merged, parts
-from .text import Ints, Lines, blocks, decoded, first_bad_line, quoted, rows, unified
+from .text import Ints, Lines, Text, blocks, decoded, first_bad_line, quoted, rows, unified
 
 _HEAD = 1 << 16
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -212,7 +212,7 @@ class _Scanned(NamedTuple):
 
 
 def _scanned(text: bytes) -> _Scanned:
-    found: list[tuple[Ints, Ints, Ints, bytes]] = []
+    found: list[tuple[Ints, Ints, Ints, Text]] = []
     names: list[str] = []
     before = words = 0
     for block in blocks(text):

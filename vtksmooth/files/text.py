@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import warnings
 from collections.abc import Iterator
@@ -11,7 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 Ints = npt.NDArray[np.int64]
+Text = bytes | bytearray
 Codes = npt.NDArray[np.uint8]
+
+_NO_LINES: Ints = np.empty(0, np.int64)
 
 _BLANK = 32  # this code and those below it separate words
 
@@ -22,6 +26,8 @@ _LARGE = 1 << 22  # a text of this size is worth a compiled kernel
 _INDENTED = 64  # so many characters before the first word are passed over without copying the text
 
 _AT_ONCE = 10000  # lines written at once, which bounds the memory
+
+_MANY = 100000  # so many numbers to be written are worth a compiled kernel
 
 #: What the C library of one compiler writes for what is no number.
 _NO_NUMBER = re.compile(rb"(?i)1\.#(inf|qnan|snan|ind)0*")
@@ -35,12 +41,12 @@ def unified(raw: bytes) -> bytes:
     return raw
 
 
-def without_comments(text: bytes) -> bytes:
+def without_comments(text: Text) -> Text:
     """Return the text without what follows a #, line by line."""
     return re.sub(rb"#[^\n]*", b"", text) if b"#" in text else text
 
 
-def decoded(word: bytes) -> str:
+def decoded(word: Text) -> str:
     """Return a name in a file as text: UTF-8 where it is, else Latin-1, which anything is."""
     try:
         return word.decode("utf-8")
@@ -48,7 +54,7 @@ def decoded(word: bytes) -> str:
         return word.decode("latin-1")
 
 
-def quoted(line: bytes) -> str:
+def quoted(line: Text) -> str:
     """Return the beginning of a line for a message."""
     text = decoded(line.strip()[:40])
     return repr("".join(c if c.isprintable() else "?" for c in text))
@@ -63,7 +69,7 @@ def blocks(text: bytes) -> Iterator[bytes]:
         at = end
 
 
-def _parsed(text: bytes) -> tuple[npt.NDArray[np.float64], Ints] | None:
+def _parsed(text: Text) -> tuple[npt.NDArray[np.float64], Ints] | None:
     """Return the numbers of a text, and how many each line holds; None when something else is among them."""
     if len(text) >= _LARGE:
         # NumPy is slower, but there is nothing to be compiled before.
@@ -80,7 +86,7 @@ def _parsed(text: bytes) -> tuple[npt.NDArray[np.float64], Ints] | None:
             # NumPy announces text that is no number as a deprecation, and returns what came before it.
             warnings.simplefilter("error", DeprecationWarning)
             try:
-                values = np.fromstring(text, dtype=np.float64, sep=" ")  # type: ignore[call-overload]
+                values = np.fromstring(bytes(text), dtype=np.float64, sep=" ")  # type: ignore[call-overload]
             except (DeprecationWarning, ValueError):
                 return None
     if len(values) != len(starts):  # "1-2" is two numbers to NumPy, and none to us
@@ -125,7 +131,7 @@ class Rows(NamedTuple):
         return table
 
 
-def rows(text: bytes) -> Rows | None:
+def rows(text: Text) -> Rows | None:
     """Parse numbers between white space; None when something else is among them.
 
     Exponents may have a D, and decimal commas are understood where the text has no decimal point.
@@ -139,12 +145,24 @@ def rows(text: bytes) -> Rows | None:
     return None if found is None else Rows(*found, commas)
 
 
-def first_bad_line(text: bytes) -> tuple[int, bytes]:
+def corner_numbers(text: Text) -> tuple[Ints, Ints] | None:
+    """Return how many corners each line of a large text has, and their numbers, (3, k), 0 where missing.
+
+    None where the text is small, or holds something else.
+    """
+    if len(text) < _LARGE:
+        return None
+    from ..kernels.corners import read
+
+    return read(text)
+
+
+def first_bad_line(text: Text) -> tuple[int, bytes]:
     """Return the number and the text of the first line with something else than numbers."""
-    for number, line in enumerate(text.split(b"\n")):
+    for number, line in enumerate(bytes(text).split(b"\n")):
         if rows(line) is None:
             return number, line
-    return 0, text.split(b"\n", 1)[0]
+    return 0, bytes(text).split(b"\n", 1)[0]
 
 
 class Lines:
@@ -174,34 +192,40 @@ class Lines:
         self._split(re.sub(rb"\n[^\S\n]+", b"\n", b"\n" + text)[1:])
 
     def _split(self, text: bytes) -> None:
-        # What follows the last line lets a line of one character be asked for its second.
         self.text = text
-        self.codes: Codes = np.frombuffer(text + b"\n" * 32, np.uint8)
-        self.ends: Ints = np.flatnonzero(self.codes[: len(text)] == ord("\n"))
+        self.codes: Codes = np.frombuffer(text, np.uint8)
+        self.ends: Ints = np.flatnonzero(self.codes == ord("\n"))
         self.starts: Ints = np.concatenate(([0], self.ends[:-1] + 1))
         self._first = self.codes[self.starts]
+        self._beginning: dict[int, Ints | None] = {}
 
     def beginning(self, word: bytes) -> Ints:
-        """Return the numbers of the lines whose first word is this one (at most 32 characters)."""
-        found: Ints = np.flatnonzero(self._first == word[0])
+        """Return the numbers of the lines whose first word is this one."""
+        if not self._beginning:
+            self._beginning = dict.fromkeys(np.flatnonzero(np.bincount(self._first)).tolist())
+        found = self._beginning.get(word[0], _NO_LINES)
+        if found is None:
+            found = self._beginning[word[0]] = np.flatnonzero(self._first == word[0])
         for i, code in enumerate(word[1:], 1):
             found = found[self.codes[self.starts[found] + i] == code]
-        return found[self.codes[self.starts[found] + len(word)] <= _BLANK]
+        found = found[self.codes[self.starts[found] + len(word)] <= _BLANK]
+        return found
 
-    def after(self, lines: Ints, skip: int) -> bytes:
+    def after(self, lines: Ints, skip: int) -> Text:
         """Return the text of some lines, in rising order, without their first `skip` characters."""
         begins, ends = self.starts[lines] + skip, self.ends[lines] + 1
         if len(lines) and lines[-1] - lines[0] == len(lines) - 1:
-            chosen = self.codes[self.starts[lines[0]] : ends[-1]].copy()
             shift = self.starts[lines[0]]
+            text = bytearray(memoryview(self.text)[shift : ends[-1]])
+            codes = np.frombuffer(text, np.uint8)
             for i in range(skip):
-                chosen[self.starts[lines] - shift + i] = _BLANK
-            return chosen.tobytes()
+                codes[begins - shift - i - 1] = _BLANK
+            return text
         change = np.zeros(len(self.text) + 1, np.int8)
         change[begins] += 1
         change[ends] -= 1
         inside = np.cumsum(change[:-1], dtype=np.int8).astype(bool)
-        return bytes(self.codes[: len(self.text)][inside])
+        return bytes(self.codes[inside])
 
     def words(self, lines: Ints, skip: int) -> list[bytes]:
         """Return the text of each of some lines behind its first `skip` characters, stripped."""
@@ -211,6 +235,12 @@ class Lines:
 
 def write_table(file: IO[bytes], word: str, table: npt.NDArray[Any]) -> None:
     """Write a line for each row of a table, a word and the numbers, which read back the same."""
+    if table.size >= _MANY and table.dtype.kind == "f":
+        from ..kernels.shortest import table_lines
+
+        for a in range(0, len(table), _AT_ONCE):
+            file.write(table_lines(word.encode(), table[a : a + _AT_ONCE]).data)
+        return
     # The text of a Python float is the shortest that reads back the same.
     line = f"{word}{' %r' * table.shape[1]}\n".lstrip(" ")
     for a in range(0, len(table), _AT_ONCE):
@@ -218,13 +248,44 @@ def write_table(file: IO[bytes], word: str, table: npt.NDArray[Any]) -> None:
         file.write(((line * len(part)) % tuple(part.ravel().tolist())).encode())
 
 
-def write_cells(
-    file: IO[bytes],
-    sizes: Ints,
-    values: npt.NDArray[Any],
-    lines: dict[int, str],
-    before: dict[int, str],
+def write_elements(
+    file: IO[bytes], word: str, sizes: Ints, corners: npt.NDArray[np.int64], before: dict[int, str]
 ) -> None:
+    """Write a line for each of some elements of an OBJ file.
+
+    Parameters
+    ----------
+    file : binary file
+    word : str
+        The first word of the lines.
+    sizes : (n,) int64
+        How many of the corners belong to each element.
+    corners : (sum(sizes), 1 to 3) int64
+        The numbers of each corner's point, texture coordinates and normal, from 1 on; 0 where missing.
+    before : dict of int to str
+        Lines to be written before an element.
+    """
+    begins = np.concatenate(([0], np.cumsum(sizes)))
+    large = corners.size >= _MANY
+    cuts = sorted({*range(0, len(sizes), _AT_ONCE), *before, len(sizes)})
+    for a, b in itertools.pairwise(cuts):
+        file.write(before.get(a, "").encode())
+        part = sizes[a:b], corners[begins[a] : begins[b]]
+        if large:
+            from ..kernels.corners import write
+
+            file.write(write(word.encode(), *part).data)
+        else:
+            file.write(_element_lines(word, *part).encode())
+
+
+def _element_lines(word: str, sizes: Ints, corners: npt.NDArray[np.int64]) -> str:
+    texts = ["/".join(str(number or "") for number in row).rstrip("/") for row in corners.tolist()]
+    ends = np.cumsum(sizes).tolist()
+    return "".join(f"{word} {' '.join(texts[a:b])}\n" for a, b in zip([0, *ends], ends, strict=False))
+
+
+def write_cells(file: IO[bytes], sizes: Ints, values: npt.NDArray[Any], lines: dict[int, str]) -> None:
     """Write a line for each of some cells.
 
     Parameters
@@ -235,15 +296,9 @@ def write_cells(
     values : (sum(sizes),) array
     lines : dict of int to str
         The line of a cell with so many values, with a place for each in the style of %.
-    before : dict of int to str
-        Lines to be written before a cell.
     """
     begins = np.concatenate(([0], np.cumsum(sizes)))
     for a in range(0, len(sizes), _AT_ONCE):
         b = min(a + _AT_ONCE, len(sizes))
-        template = [lines[size] for size in sizes[a:b].tolist()]
-        if before:
-            for i in range(a, b):
-                if i in before:
-                    template[i - a] = before[i].replace("%", "%%") + template[i - a]
-        file.write(("".join(template) % tuple(values[begins[a] : begins[b]].tolist())).encode())
+        template = "".join([lines[size] for size in sizes[a:b].tolist()])
+        file.write((template % tuple(values[begins[a] : begins[b]].tolist())).encode())

@@ -45,8 +45,8 @@ def _powers() -> npt.NDArray[np.uint64]:
 
 
 @device
-def _product(a, b):  # type: ignore[no-untyped-def]
-    # The 128 bits of a product, upper and lower half.
+def product(a, b):  # type: ignore[no-untyped-def]
+    """Return the 128 bits of a product, upper and lower half."""
     a1, a0, b1, b0 = a >> _32, a & _LOW, b >> _32, b & _LOW
     low = a0 * b0
     middle = a1 * b0 + (low >> _32)
@@ -65,9 +65,9 @@ def _bits(digits, exponent, powers):  # type: ignore[no-untyped-def]
     while digits >> _63 == np.uint64(0):
         digits = digits << _ONE
         zeros += 1
-    high, low = _product(digits, powers[exponent - _FIRST, 0])
+    high, low = product(digits, powers[exponent - _FIRST, 0])
     if high & _REST == _REST:
-        more, _ = _product(digits, powers[exponent - _FIRST, 1])
+        more, _ = product(digits, powers[exponent - _FIRST, 1])
         low = low + more
         if low < more:
             high = high + _ONE
@@ -156,7 +156,7 @@ def _parse(codes, powers, bits, counts, odd):  # type: ignore[no-untyped-def]
     return word, strange
 
 
-def parsed(text: bytes) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]] | None:
+def parsed(text: bytes | bytearray) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]] | None:
     """Return the numbers of a text, and how many each of its lines holds; None where it holds other words."""
     values = np.empty(len(text) // 2 + 1)  # memory that is not written to takes no place
     counts = np.zeros(text.count(b"\n") + (not text.endswith(b"\n")), np.int64)
