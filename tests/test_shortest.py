@@ -31,5 +31,5 @@ def test_the_text_of_every_number_is_that_of_python():
 def test_rows_become_lines_behind_a_word():
     table = np.array([[1, 0.5, -2e-9], [1e300, np.nan, 3]])
     assert table_lines(b"vn", table).tobytes() == b"vn 1.0 0.5 -2e-09\nvn 1e+300 nan 3.0\n"
-    assert table_lines(b"", table.astype(np.float32)[:1, :2]).tobytes() == b"1.0 0.5\n"
+    assert table_lines(b"", table[:1, :2].astype(np.float32)).tobytes() == b"1.0 0.5\n"
     assert table_lines(b"v", table[:0]).tobytes() == b""
