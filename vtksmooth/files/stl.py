@@ -7,6 +7,7 @@ VTK's own reader knows no solids and takes slips of other programs for damage. R
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, NamedTuple
 
@@ -19,6 +20,10 @@ from .text import Ints, Lines, Text, blocks, decoded, first_bad_line, quoted, ro
 
 _HEAD = 1 << 16
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_RECORD = np.dtype([("numbers", "V48"), ("attribute", "<u2")])
+
+#: So many triangles are written at once.
+_AT_ONCE = 4096
 
 #: The array of what binary files hold behind each triangle: colours, of a kind that varies.
 ATTRIBUTE = "StlAttribute"
@@ -240,24 +245,20 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
 
     In text, the faces of a solid come together; else they keep their order.
     """
-    corners = mesh.points[mesh.connectivity].reshape(-1, 3, 3)
-    with np.errstate(all="ignore"):
-        wide = corners.astype(np.float64)
-        normals = np.cross(wide[:, 1] - wide[:, 0], wide[:, 2] - wide[:, 0])
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.where(lengths > 0, normals / lengths, 0.0)
-        table = np.zeros(len(corners), _TRIANGLE)
-        table["normal"], table["corners"] = normals, corners
     solids = parts(mesh, ("Solid", "Group"))
     kept = Kept(set(), set(), set())
     if solids is None:
         attribute = mesh.cell_data.get(ATTRIBUTE)
         if attribute is not None and attribute.dtype == np.uint16 and attribute.ndim == 1:
-            table["attribute"] = attribute
             kept.cell_data.add(ATTRIBUTE)
         # Not beginning with "solid", which is how text begins.
-        file.write(b"STL of vtksmooth".ljust(80) + len(table).to_bytes(4, "little"))
-        file.write(table.tobytes())
+        file.write(b"STL of vtksmooth".ljust(80) + len(mesh.sizes).to_bytes(4, "little"))
+        for numbers, rows in _numbers(mesh, np.arange(len(mesh.sizes))):
+            table = np.zeros(len(rows), _RECORD)
+            table["numbers"] = numbers.view("V48")[:, 0]
+            if kept.cell_data:
+                table["attribute"] = attribute[rows]
+            file.write(table.data)
         return kept
     kind, which, names = solids
     kept.cell_data.add(f"{kind}Ids")
@@ -268,10 +269,32 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
     for i, name in enumerate(names):
         title = " ".join(name.split()).encode()
         file.write(b"solid " + title + b"\n")
-        chosen = table[which == i]
-        for a in range(0, len(chosen), 10000):
-            part = chosen[a : a + 10000]
-            values = np.column_stack((part["normal"], part["corners"].reshape(-1, 9)))
-            file.write((facet * len(part) % tuple(values.ravel().tolist())).encode())
+        for numbers, _ in _numbers(mesh, np.flatnonzero(which == i)):
+            file.write((facet * len(numbers) % tuple(numbers.ravel().tolist())).encode())
         file.write(b"endsolid " + title + b"\n")
     return kept
+
+
+def _numbers(mesh: Polygons, rows: Ints) -> Iterator[tuple[npt.NDArray[np.float32], Ints]]:
+    """Give the normal and the corners of some triangles, (k, 12), so many at once as stay in the cache."""
+    corners = mesh.connectivity.reshape(-1, 3)
+    for begin in range(0, len(rows), _AT_ONCE):
+        which = rows[begin : begin + _AT_ONCE]
+        # take() is several times as fast as indexing.
+        points = mesh.points.take(corners.take(which, axis=0).ravel(), axis=0).reshape(-1, 9)
+        a, b, c = points.T.astype(np.float64).reshape(3, 3, -1)
+        numbers = np.empty((len(which), 12), "<f4")
+        numbers[:, 3:] = points
+        with np.errstate(all="ignore"):
+            b -= a
+            c -= a
+            normal = np.stack(
+                (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0])
+            )
+            length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+            flat = ~(length > 0)
+            if flat.any():
+                normal[:, flat], length[flat] = 0.0, 1.0
+            normal /= length
+            numbers[:, :3] = normal.T
+        yield numbers, which

@@ -245,15 +245,18 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
 def _check_coordinates(polygons: Polygons, name: str, extension: str) -> None:
     """Refuse coordinates that a format does not hold."""
     points, format_name = polygons.points, extension[1:].upper()
-    if extension in _FINITE and not np.isfinite(points).all():
+    largest = max(-points.min(initial=0.0), points.max(initial=0.0))
+    if extension in _FINITE and not np.isfinite(largest):
         raise MeshFileError(
             f"cannot write {name}: {format_name} holds finite coordinates only; remove the points that have "
             "others, or use .vtp."
         )
+    if extension not in _SINGLE_PRECISION or largest <= np.finfo(np.float32).max:
+        return
     if extension == ".stl":  # has no points without a face
         points = points[polygons.connectivity]
-    largest = np.abs(points, where=np.isfinite(points), out=np.zeros_like(points)).max(initial=0.0)
-    if extension in _SINGLE_PRECISION and largest > np.finfo(np.float32).max:
+    largest = np.abs(points[np.isfinite(points)]).max(initial=0.0)
+    if largest > np.finfo(np.float32).max:
         raise MeshFileError(
             f"cannot write {name}: {format_name} keeps single precision only, which ends at 3.4e38; scale "
             "the mesh, or use .vtp."
