@@ -331,6 +331,7 @@ class Sessions(QObject):
         for folder, lock in sorted(found, key=lambda one: -_time_of(one[0])):
             try:
                 stored = session_reader.find(folder)
+                name = stored.name
             except VtksmoothError:  # it ended before the first was complete
                 _remove(folder, lock)
                 continue
@@ -338,7 +339,7 @@ class Sessions(QObject):
                 lock.unlock()
                 continue
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(_time_of(folder)))
-            answer = self.ask_recovery(stored.name, when)
+            answer = self.ask_recovery(name, when)
             if answer is Answer.DISCARD:
                 _remove(folder, lock)
             elif answer is Answer.SAVE:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import json
+import lzma
 import os
+import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -15,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.util.numpy_support import get_numpy_array_type, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
@@ -49,8 +52,8 @@ from .state import Source, State
 
 #: What a file that is not what it should be makes Python say.
 _DAMAGE = (
-    KeyError, IndexError, TypeError, ValueError, AttributeError, EOFError, RecursionError, zlib.error,
-    zipfile.BadZipFile, NotImplementedError,
+    LookupError, TypeError, ValueError, AttributeError, EOFError, ArithmeticError, MemoryError, RuntimeError,
+    SyntaxError, tokenize.TokenError, struct.error, zlib.error, lzma.LZMAError, zipfile.BadZipFile,
 )  # fmt: skip
 
 
@@ -77,8 +80,17 @@ class Stored:
 
     @property
     def name(self) -> str:
-        """The layers, as a short text."""
-        names = [str(layer.get("name", "")) for layer in self.manifest.get("layers", [])]
+        """The layers, as a short text.
+
+        Raises
+        ------
+        SessionError
+            The session is damaged.
+        """
+        try:
+            names = [str(layer.get("name", "")) for layer in self.manifest.get("layers", [])]
+        except _DAMAGE as error:
+            raise self.damage(error) from error
         return ", ".join(names[:3]) + (" …" if len(names) > 3 else "")
 
     @property
@@ -106,9 +118,8 @@ class Stored:
                 f"{self.path.name} was saved by a newer vtksmooth ({maker}, sessions of version {number}; "
                 f"this one knows up to {VERSION}) and cannot be opened here; update vtksmooth."
             )
-        return SessionError(
-            f"{self.path.name} is damaged ({type(error).__name__}: {error}); open a copy, or the meshes."
-        )
+        reason = f"{type(error).__name__}: {error}".strip(": ").split("\n")[0]
+        return SessionError(f"{self.path.name} is damaged ({reason}); open a copy, or the meshes.")
 
 
 @contextlib.contextmanager
@@ -415,6 +426,7 @@ class _Reader:
             raise ValueError(f"the array {entry['name']!r} has {len(values)} values for {size}")
 
         def make() -> Any:
+            get_numpy_array_type(entry["type"])  # a KeyError where VTK would take another
             array = vtkDataArray.CreateDataArray(entry["type"])
             array.SetNumberOfComponents(1 if values.ndim == 1 else values.shape[1])
             array.SetNumberOfTuples(len(values))

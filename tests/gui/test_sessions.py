@@ -368,6 +368,165 @@ def test_files_that_are_no_sessions_are_refused(document, tmp_path):
         reopened(tmp_path / "nowhere.vtksmooth")
 
 
+#: What may stand in a damaged JSON instead of anything.
+WRONG = [
+    None,
+    -1,
+    10**30,
+    float("inf"),
+    float("nan"),
+    0.5,
+    True,
+    "",
+    "\ud800",
+    "a\0b",
+    [],
+    {},
+    [[]],
+    [None],
+    99999,
+]
+
+
+def places(value, place=()):
+    """Every place in a JSON, as keys from the outside in; of lists, the first two."""
+    yield place
+    inner = value if isinstance(value, dict) else range(min(2, len(value))) if isinstance(value, list) else ()
+    for key in inner:
+        yield from places(value[key], (*place, key))
+
+
+def rewritten(path, damage):
+    """Rewrite the files in a session; `damage` takes and gives name and content."""
+    with zipfile.ZipFile(path) as archive:
+        content = [damage(name, archive.read(name)) for name in archive.namelist()]
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in content:
+            archive.writestr(name, data)
+
+
+def opens_or_says_why(path):
+    said = None
+    try:
+        stored = session_reader.find(path)
+        assert isinstance(stored.name, str)
+        restored = session_reader.restore(stored, dict.fromkeys(stored.missing))
+    except session_reader.SessionError as error:
+        said = str(error)
+    if said is not None:
+        assert "\n" not in said
+        return False
+    document = Document()
+    session_reader.apply(restored, document, WINDOWS)
+    session.save(session.capture(document, restored.more, restored.drafts), path.with_name("again.vtksmooth"))
+    return True
+
+
+def test_whatever_stands_in_the_json_the_session_opens_or_it_is_said_why(document, tmp_path):
+    path = saved(document, tmp_path / "all.vtksmooth")
+    whole = path.read_bytes()
+    with zipfile.ZipFile(path) as archive:
+        manifest = json.loads(archive.read("session.json"))
+    outcomes = []
+    for number, place in enumerate([*places(manifest)][1:]):
+        changed = inner = json.loads(json.dumps(manifest))
+        for key in place[:-1]:
+            inner = inner[key]
+        if number % 4:
+            inner[place[-1]] = WRONG[number % len(WRONG)]
+        else:
+            del inner[place[-1]]
+        text = json.dumps(changed)
+        path.write_bytes(whole)
+        rewritten(path, lambda name, data, text=text: (name, text if name == "session.json" else data))
+        outcomes.append(opens_or_says_why(path))
+    assert len(outcomes) > 100
+    assert {*outcomes} == {True, False}
+
+
+def header(text, version=b"\x01\x00"):
+    return b"\x93NUMPY" + version + len(text).to_bytes(2, "little") + text.encode()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x93NUM",
+        b"no array",
+        header("{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000, 3), }\n"),
+        header(f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({10**30},), }}\n"),
+        header("{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 3), }\n"),
+        header("{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }\n"),
+        header("{'descr': '<f8', 'fortran_order': False, 'shape': 'many', }\n"),
+        header("{'descr': '|O', 'fortran_order': False, 'shape': (3,), }\n"),
+        header("{'descr': 'of nothing', 'fortran_order': 0, 'shape': (), }\n"),
+        header("{'descr': [('a', '<f8'), ('a', '<f8')], 'fortran_order': False, 'shape': (1,), }\n"),
+        header("{'descr': ((((\n"),
+        header("(" * 5000),
+        header('"""'),
+        header("\0" * 9),
+        header("{}"),
+        header("", b"\x09\x09"),
+        b"\x93NUMPY\x02\x00\xff\xff\xff\x7f{}",
+    ],
+)
+def test_whatever_stands_in_an_array_it_is_said_to_be_damaged(document, tmp_path, content):
+    path = saved(document, tmp_path / "all.vtksmooth")
+    rewritten(path, lambda name, data: (name, content if name.endswith(".npy") else data))
+    assert not opens_or_says_why(path)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"[" * 100_000,
+        b'{"a":' * 100_000,
+        b"9" * 10_000,
+        b"\xff\xfe{\0}\0",
+        b"{",
+        b"\0",
+        b"null",
+        b"{}",
+        b'"' * 3,
+    ],
+)
+def test_whatever_stands_instead_of_the_json_it_is_refused(document, tmp_path, content):
+    path = saved(document, tmp_path / "all.vtksmooth")
+    rewritten(path, lambda name, data: (name, content if name == "session.json" else data))
+    assert not opens_or_says_why(path)
+
+
+@pytest.mark.parametrize(
+    "method", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA]
+)
+@pytest.mark.parametrize("damage", ["flags", "method", "content", "sizes", "half"])
+def test_whatever_is_wrong_with_the_archive_it_is_said(document, tmp_path, method, damage):
+    path = saved(document, tmp_path / "all.vtksmooth")
+    with zipfile.ZipFile(path) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+        infos = archive.infolist()
+    data = bytearray(path.read_bytes())
+    entry = data.rindex(b"PK\x01\x02", 0, data.rindex(b"session.json"))
+    if damage == "flags":
+        data[entry + 8] |= 1  # encrypted
+    elif damage == "method":
+        data[entry + 10] = 97
+    elif damage == "content":
+        start = infos[0].header_offset + 30 + len(infos[0].filename)
+        data[start : start + infos[0].compress_size] = b"\xa5" * infos[0].compress_size
+    elif damage == "sizes":
+        data[entry + 20 : entry + 28] = b"\xff\xff\xff\x7f" * 2
+    else:
+        del data[len(data) // 2 :]
+    path.write_bytes(data)
+    opened = opens_or_says_why(path)
+    assert not opened or damage == "sizes"  # which not all methods look at
+
+
 def test_arrays_with_objects_are_refused(document, tmp_path):
     path = saved(document, tmp_path / "all.vtksmooth")
     with zipfile.ZipFile(path) as archive:

@@ -249,14 +249,16 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
     kept = Kept(set(), set(), set())
     if solids is None:
         attribute = mesh.cell_data.get(ATTRIBUTE)
-        if attribute is not None and attribute.dtype == np.uint16 and attribute.ndim == 1:
+        if attribute is not None and (attribute.dtype != np.uint16 or attribute.ndim != 1):
+            attribute = None
+        if attribute is not None:
             kept.cell_data.add(ATTRIBUTE)
         # Not beginning with "solid", which is how text begins.
         file.write(b"STL of vtksmooth".ljust(80) + len(mesh.sizes).to_bytes(4, "little"))
         for numbers, rows in _numbers(mesh, np.arange(len(mesh.sizes))):
             table = np.zeros(len(rows), _RECORD)
             table["numbers"] = numbers.view("V48")[:, 0]
-            if kept.cell_data:
+            if attribute is not None:
                 table["attribute"] = attribute[rows]
             file.write(table.data)
         return kept
