@@ -23,7 +23,8 @@ from vtksmooth import (
     samples,
 )
 from vtksmooth.filters.arrays import surface_of
-from vtksmooth.kernels import adjacency, parallel
+from vtksmooth.jit import parallel
+from vtksmooth.kernels.mesh import adjacency
 
 #: Iterations of a short and a long run: what lies between them is what iterations cost. The first sweep of an
 #: installation space finds the distances that the next ones go by; twenty make a surface smooth.

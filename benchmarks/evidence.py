@@ -36,8 +36,9 @@ from vtksmooth import (
 )
 from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
-from vtksmooth.kernels import adjacency, measure, quality
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.measures import aspect_ratio, comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 
@@ -139,7 +140,7 @@ def measured(result: pv.PolyData, original: pv.PolyData) -> State:
     before, after = surface_of(original).mesh, surface_of(result).mesh
     near = adjacency.build(before)
     ends, faces = adjacency.edges(near)
-    change = measure.dihedral_angles(after, ends, faces) - measure.dihedral_angles(before, ends, faces)
+    change = comparison.dihedral_angles(after, ends, faces) - comparison.dihedral_angles(before, ends, faces)
     sums = sum(np.bincount(ends[:, i], change, before.n_points) for i in range(2))
     nodes = np.abs(sums) / np.maximum(np.bincount(ends.ravel(), minlength=before.n_points), 1)
     whole = _closed_volume(before, near)
@@ -156,7 +157,7 @@ def _closed_volume(mesh: Mesh, near: adjacency.Adjacency) -> float:
         (mesh.offsets, mesh.offsets[-1] + np.cumsum([len(lid) for lid in lids], dtype=np.int64))
     )
     closed = Mesh.from_arrays(mesh.points, offsets, np.concatenate((mesh.connectivity, *lids)))
-    return abs(measure.signed_volume(closed))
+    return abs(comparison.signed_volume(closed))
 
 
 def smoothed(original: pv.PolyData, algorithm: Any) -> State:
@@ -312,10 +313,10 @@ def mannequin(page: Page) -> None:
         smoothers, except the angle-based one, which inverts faces for it:"""
     )
     mesh = surface_of(scan).mesh
-    directions = quality.reference_directions(mesh)
+    directions = aspect_ratio.reference_directions(mesh)
 
     def bins(points: Float64) -> str:
-        histogram = quality.histogram(quality.aspect_ratios(mesh.with_points(points), directions))
+        histogram = aspect_ratio.histogram(aspect_ratio.aspect_ratios(mesh.with_points(points), directions))
         return " / ".join(f"{value:.1f}" for value in histogram)
 
     rows = [("start", bins(mesh.points)), ("our filter", bins(_points(TrapeziumDrawing(iterations=5)(scan))))]
@@ -397,7 +398,7 @@ def rocker(page: Page) -> None:
     states = page.passes("Rocker Arm", mesh, "Rocker Arm")
     arrays = surface_of(mesh).mesh
     near = adjacency.build(arrays)
-    directions = quality.reference_directions(arrays)
+    directions = aspect_ratio.reference_directions(arrays)
     sixth = _points(TrapeziumDrawing(iterations=6)(mesh))
     moving = 100.0 * float((sixth != _points(states[2].mesh)).any(axis=1).mean())
     page.say(
@@ -418,7 +419,7 @@ def rocker(page: Page) -> None:
     def row(name: str, points: Float64) -> tuple[str, str, str]:
         moved = arrays.with_points(points)
         values = [variants.aspect_ratios(moved, directions, two) for two in (False, True)]
-        texts = [f"{_bins(quality.histogram(k))}, {int((k < 0).sum())} inverted" for k in values]
+        texts = [f"{_bins(aspect_ratio.histogram(k))}, {int((k < 0).sum())} inverted" for k in values]
         return name, texts[0], texts[1]
 
     rows = [row("start", arrays.points), row("the filter", _points(states[2].mesh))]
@@ -478,7 +479,7 @@ def fitted_curvatures(mesh: Mesh, near: adjacency.Adjacency, nodes: npt.NDArray[
 
     In the frame of the area-weighted normal, h = au^2 + buv + cv^2 + du + ev by least squares.
     """
-    normals = quality.ring_normals(mesh)
+    normals = aspect_ratio.ring_normals(mesh)
     result = np.empty((len(nodes), 2))
     ring = [near.ring[a:b] for a, b in zip(near.ring_offsets[:-1], near.ring_offsets[1:], strict=True)]
     for row, v in enumerate(nodes):
@@ -498,10 +499,10 @@ def fitted_curvatures(mesh: Mesh, near: adjacency.Adjacency, nodes: npt.NDArray[
 
 def cubic_measures(mesh: Mesh, near: adjacency.Adjacency) -> list[float]:
     """Return the eight figures of table 7, of a result against the surface itself."""
-    inside = np.flatnonzero(near.border == adjacency.INTERIOR)
+    inside = np.flatnonzero(near.kinds == adjacency.INTERIOR)
     points = mesh.points[inside]
     curvatures = np.abs(fitted_curvatures(mesh, near, inside) - np.column_stack(exact_curvatures(points)))
-    normals, exact = quality.ring_normals(mesh)[inside], _gradient(points)
+    normals, exact = aspect_ratio.ring_normals(mesh)[inside], _gradient(points)
     cosine = (normals * exact).sum(1) / np.linalg.norm(normals, axis=1) / np.linalg.norm(exact, axis=1)
     angles = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
     # To first order, which is enough: the distances are a hundredth of the radii of curvature.
@@ -606,9 +607,7 @@ def cubic(page: Page) -> None:
     rows = []
     for share in FLIPPED:
         mesh = shapes.flipped(original, share)
-        inner = np.diff(adjacency.build(surface_of(mesh).mesh).ring_offsets)[
-            near.border == adjacency.INTERIOR
-        ]
+        inner = np.diff(adjacency.build(surface_of(mesh).mesh).ring_offsets)[near.kinds == adjacency.INTERIOR]
         states = [measured(mesh, mesh), *(smoothed(mesh, make(10)) for _, make in methods)]
         even = 100.0 * float((inner == 6).mean())
         rows.append([f"{100 * share:.0f} %", f"{even:.0f} %", *(_bins(state.histogram) for state in states)])
@@ -658,16 +657,16 @@ def terrain(page: Page) -> None:
     counts: dict[tuple[str, int], tuple[int, int, int]] = {}
     all_passes = (1, 5, 10, 30)
     arrays = surface_of(mesh).mesh
-    directions = quality.reference_directions(arrays)
-    negative = quality.aspect_ratios(arrays, directions) < 0.0
+    directions = aspect_ratio.reference_directions(arrays)
+    negative = aspect_ratio.aspect_ratios(arrays, directions) < 0.0
 
     def downward(points: Float64) -> npt.NDArray[np.bool_]:
-        return quality.area_vectors(arrays.with_points(points))[:, 2] < 0.0
+        return aspect_ratio.area_vectors(arrays.with_points(points))[:, 2] < 0.0
 
     for name, make in methods:
         for n in all_passes:
             points = _points(make(n)(mesh))
-            k = quality.aspect_ratios(arrays.with_points(points), directions)
+            k = aspect_ratio.aspect_ratios(arrays.with_points(points), directions)
             in_plan = _points(make(n)(plan))
             counts[name, n] = (
                 int(((k < 0.0) & ~negative).sum()),
@@ -693,7 +692,7 @@ def terrain(page: Page) -> None:
     text = f"TD inverts {most[0]} triangles on the surface and {most[1]} in the plan."
     tipped = max(c[1] for c in td)
     turned_over = downward(_points(TrapeziumDrawing(iterations=10)(mesh)))
-    areas = quality.area_vectors(arrays)[turned_over]
+    areas = aspect_ratio.area_vectors(arrays)[turned_over]
     slopes = np.degrees(np.arccos(areas[:, 2] / np.linalg.norm(areas, axis=1)))
     steepest = float(slopes.max(initial=0.0))
     if tipped:
@@ -709,8 +708,8 @@ def terrain(page: Page) -> None:
     page.say(
         f"""**Off, and why:** the others invert up to {worst} triangles here, not hundreds or thousands. The
         paper does not describe its mesh of Bandai Mountain; one that is larger and worse than this
-        ({sum(quality.histogram(quality.aspect_ratios(arrays, directions))[:2]):.1f} % of the triangles have
-        k < 0.2) would explain it. What the paper argues holds: these invert some:
+        ({sum(aspect_ratio.histogram(aspect_ratio.aspect_ratios(arrays, directions))[:2]):.1f} % of the
+        triangles have k < 0.2) would explain it. What the paper argues holds: these invert some:
         {", ".join(inverting) or "none"}; after the
         last pass these still have some: {", ".join(remaining) or "none"}; TD makes none."""
     )

@@ -455,9 +455,9 @@ class Check:
             self.say("fixed points moved", f"{int((moved & held).sum())} of {int(held.sum())}")
         # Where points lie in one place the boundary is that of what they make together.
         if self.value("boundary") == "fixed" and len(np.unique(place)) == len(place):
-            border = boundary_points(before)
-            if moved[border].any():
-                self.say("boundary moved", f"{int(moved[border].sum())} of {len(border)} points")
+            rim = boundary_points(before)
+            if moved[rim].any():
+                self.say("boundary moved", f"{int(moved[rim].sum())} of {len(rim)} points")
         if (
             self.value("relaxation_factor") == 0.0
             and moved.any()

@@ -40,10 +40,11 @@ from vtksmooth import (
 from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels import adjacency, measure, triangulate
-from vtksmooth.kernels.crossings import crossing_triangles
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.containment.crossings import crossing_triangles
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.measures import comparison
+from vtksmooth.kernels.mesh import adjacency, triangulate
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 
@@ -61,11 +62,11 @@ def _mesh(polydata: Any) -> Mesh:
 def _folds(mesh: pv.PolyData) -> tuple[Float64, npt.NDArray[np.int32]]:
     plain = _mesh(mesh)
     ends, faces = adjacency.edges(adjacency.build(plain))
-    return np.abs(measure.dihedral_angles(plain, ends, faces)), ends
+    return np.abs(comparison.dihedral_angles(plain, ends, faces)), ends
 
 
 def _border(mesh: pv.PolyData) -> npt.NDArray[np.bool_]:
-    return adjacency.build(_mesh(mesh)).border != adjacency.INTERIOR
+    return adjacency.build(_mesh(mesh)).kinds != adjacency.INTERIOR
 
 
 def _away(mesh: pv.PolyData, start: npt.NDArray[np.bool_], rings: int) -> npt.NDArray[np.bool_]:
@@ -110,7 +111,7 @@ def valences(page: list[str]) -> None:
     ):
         with mock.patch.multiple(triangulate, _greedy=chosen, _flip=flips):
             near = adjacency.build(_mesh(ValenceTriangulation()(sim)))
-        inner = near.border == adjacency.INTERIOR
+        inner = near.kinds == adjacency.INTERIOR
         counts = np.bincount(np.clip(np.diff(near.ring_offsets)[inner], 3, 10), minlength=11)[3:]
         rows.append([name, *counts])
     page += ["## Valences (the paper's Table 1)", ""]
@@ -172,7 +173,7 @@ def blending(page: list[str], folder: Path) -> None:
         result = pv.wrap(smoothing(sim, inst))
         folds, ends = _folds(result)
         original = np.abs(
-            measure.dihedral_angles(_mesh(result).with_points(_mesh(sim).points), *_edges(result))
+            comparison.dihedral_angles(_mesh(result).with_points(_mesh(sim).points), *_edges(result))
         )
         fixed = result["Fixed"].astype(bool)
         across = fixed[ends].any(axis=1) & ~fixed[ends].all(axis=1)
@@ -365,13 +366,13 @@ def peers(page: list[str]) -> None:
             else:
                 cases[name] = run
         plain = _mesh(start)
-        volume = abs(measure.signed_volume(plain))
+        volume = abs(comparison.signed_volume(plain))
         for name, run in cases.items():
             result = run(start.copy())
             after = plain.with_points(np.asarray(result.points, dtype=float))
             check = ContainmentCheck()
             check(result, inst)
-            k = measure.swept_volume(plain, after) / volume
+            k = comparison.swept_volume(plain, after) / volume
             rows.append(
                 [
                     name, f"{100 * k:.2g} %", f"{_folds(result)[0].mean():.1f}",
@@ -414,7 +415,7 @@ def images(page: list[str], quick: bool) -> None:
         start = time.perf_counter()
         result = smoothing(triangles)
         seconds = time.perf_counter() - start
-        before, after = measure.signed_volume(_mesh(triangles)), measure.signed_volume(_mesh(result))
+        before, after = comparison.signed_volume(_mesh(triangles)), comparison.signed_volume(_mesh(result))
         report = smoothing.report
         rows.append(
             [

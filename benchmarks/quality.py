@@ -25,9 +25,10 @@ from speed import machine, versions
 from tables import number, table
 
 from vtksmooth.files import read_surface
-from vtksmooth.kernels import adjacency, measure, quality
-from vtksmooth.kernels.closest_point import ClosestPoint
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
+from vtksmooth.kernels.measures import aspect_ratio, comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
@@ -111,17 +112,17 @@ class Judge:
     def __init__(self, points: Float64, faces: Int32) -> None:
         self.points, self.faces = points, faces
         self.mesh = Mesh.from_arrays(points, np.arange(0, faces.size + 1, 3), faces.ravel())
-        self.directions = quality.reference_directions(self.mesh)
+        self.directions = aspect_ratio.reference_directions(self.mesh)
         self.edges = adjacency.edges(adjacency.build(self.mesh))
-        self.angles = measure.dihedral_angles(self.mesh, *self.edges)
+        self.angles = comparison.dihedral_angles(self.mesh, *self.edges)
         self.surface = ClosestPoint(self.mesh)
 
     def figures(self, points: Float64) -> Figures:
         """Measure a result."""
         after = self.mesh.with_points(np.ascontiguousarray(points, dtype=np.float64))
-        k = quality.aspect_ratios(after, self.directions)
+        k = aspect_ratio.aspect_ratios(after, self.directions)
         sharp = np.abs(self.angles) > CREASE
-        now = np.abs(measure.dihedral_angles(after, *self.edges)[sharp])
+        now = np.abs(comparison.dihedral_angles(after, *self.edges)[sharp])
         back = ClosestPoint(after)
         there = _mean_distance(self.surface, after)
         here = _mean_distance(back, self.mesh)
@@ -164,7 +165,7 @@ def ours(name: str, parameters: dict[str, Any], judge: Judge) -> Figures:
     return result
 
 
-def comparison(name: str, judge: Judge) -> list[str]:
+def section(name: str, judge: Judge) -> list[str]:
     """Return the section of one mesh."""
     head = ["", "k mean", "k min", "inverted", "creases kept, % (30° / 40°)", "deviation, % of the diagonal"]
     rows: list[list[str]] = [["as it is", *judge.figures(judge.points).row()]]
@@ -216,7 +217,7 @@ def all_schemes(judges: dict[str, Judge]) -> list[str]:
     for label, (name, parameters) in SCHEMES.items():
         cells, ratios, reached = [], [], []
         for judge in judges.values():
-            before = float(quality.aspect_ratios(judge.mesh, judge.directions).mean())
+            before = float(aspect_ratio.aspect_ratios(judge.mesh, judge.directions).mean())
             figures = ours(name, {**parameters, **CONSTRAINTS}, judge)
             cells.append(f"{figures.mean:.3f} / {figures.least:.2f} / {number(figures.deviation, 2)}")
             reached.append(figures.mean)
@@ -267,7 +268,7 @@ def page(judges: dict[str, Judge]) -> str:
         "",
     ]
     for name, judge in judges.items():
-        lines += comparison(name, judge)
+        lines += section(name, judge)
     return "\n".join(lines + all_schemes(judges))
 
 

@@ -43,7 +43,7 @@ def cubic_surface() -> pv.PolyData:
     """Return z = 4x^3 + 6y^3 over a square: 1720 points that lie on it, badly placed."""
     nx, ny = CUBIC_LINES
     x, y = np.meshgrid(2.0 * lines(nx, CUBIC_SPACING) - 1.0, np.linspace(-1.0, 1.0, ny + 1), indexing="ij")
-    # Every second line of points is shifted along itself, the others the other way; the border is not.
+    # Every second line of points is shifted along itself, the others the other way; the boundary is not.
     y[1:-1:2, 1:-1] += CUBIC_SHIFT * 2.0 / ny
     y[2:-1:2, 1:-1] -= CUBIC_SHIFT * 2.0 / ny
     x, y = CUBIC_HALF_WIDTH * x.ravel(), CUBIC_HALF_WIDTH * y.ravel()
@@ -199,7 +199,7 @@ def sphere(triangles: int, noise: float = 0.0, shuffled: bool = False, seed: int
 
 
 def _octahedron(n: int) -> tuple[Float64, Int64]:
-    # The faces of an octahedron unfold to a square of 2n by 2n cells, whose border is folded together:
+    # The faces of an octahedron unfold to a square of 2n by 2n cells, whose boundary is folded together:
     # |x| + |y| <= n above; the corners of the square below.
     i, j = np.meshgrid(np.arange(-n, n + 1), np.arange(-n, n + 1), indexing="ij")
     x, y = i.astype(float), j.astype(float)

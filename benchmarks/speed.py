@@ -146,25 +146,27 @@ def _peak(case: peers.Case, native: Any) -> int:
 
 def quality_case(tool: str, path: str, bound: float) -> dict[str, Any]:
     """Least time in which a run from the start reaches the quality within the bound."""
-    from vtksmooth.kernels import quality
-    from vtksmooth.kernels.closest_point import ClosestPoint
-    from vtksmooth.kernels.mesh import Mesh
+    from vtksmooth.kernels.distance.closest_point import ClosestPoint
+    from vtksmooth.kernels.measures import aspect_ratio
+    from vtksmooth.kernels.mesh.mesh import Mesh
 
     make = peers.TOOLS[tool].make
     _warm(make)
     points, faces = _load(path)
     offsets = 3 * np.arange(len(faces) + 1, dtype=np.int32)
     mesh = Mesh.from_arrays(points, offsets, faces.ravel())
-    directions = quality.reference_directions(mesh)
+    directions = aspect_ratio.reference_directions(mesh)
     surface, diagonal = ClosestPoint(mesh), mesh.diagonal
     case = make(points, faces)
-    start = quality.aspect_ratios(mesh, directions)
+    start = aspect_ratio.aspect_ratios(mesh, directions)
     best = (100.0 * float((start >= QUALITY).mean()), 0)
     strikes = 0
     for iterations in _LADDER:
         seconds, result = _seconds(case, iterations)
         after = case.points(result)
-        good = 100.0 * float((quality.aspect_ratios(mesh.with_points(after), directions) >= QUALITY).mean())
+        good = 100.0 * float(
+            (aspect_ratio.aspect_ratios(mesh.with_points(after), directions) >= QUALITY).mean()
+        )
         deviation = float(surface.query(after)[1].max()) / diagonal
         if deviation > bound:
             # Windowed sinc is far off after a single iteration and near again after two.
@@ -184,8 +186,8 @@ def ratio_case(path: str, repeats: int) -> dict[str, Any]:
     """Pairs that are compared with each other, run by turns in one process."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-    from vtksmooth.kernels import adjacency
-    from vtksmooth.kernels.mesh import Mesh
+    from vtksmooth.kernels.mesh import adjacency
+    from vtksmooth.kernels.mesh.mesh import Mesh
 
     points, faces = _load(path)
     n = len(points)

@@ -13,7 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from vtksmooth.kernels.quality import BINS
+from vtksmooth.kernels.measures.aspect_ratio import BINS
 
 BIN_NAMES = ["k < 0", *(f"{low:.1f} <= k < {low + 0.2:.1f}" for low in BINS[:-1]), "0.8 <= k <= 1.0"]
 

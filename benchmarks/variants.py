@@ -10,8 +10,9 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from vtksmooth.kernels import adjacency, quality
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.measures import aspect_ratio
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 Float64 = npt.NDArray[np.float64]
 
@@ -19,7 +20,7 @@ NO_GATE, WORST, MEAN, NONE_WORSE = range(4)
 
 
 @numba.njit
-def _k(points, corners, v, place, direction, two_triangles):  # type: ignore[no-untyped-def]
+def _k(points, corners, v, place, direction, two_triangles):
     # k of one face with vertex v at `place`, by the formulas of sections 2.1 and 3.1.
     n = len(corners)
     at = np.empty((n, 3))
@@ -47,7 +48,7 @@ def _k(points, corners, v, place, direction, two_triangles):  # type: ignore[no-
 
 
 @numba.njit
-def _target(points, v, star):  # type: ignore[no-untyped-def]
+def _target(points, v, star):
     # Section 2: the mean of the p0_i.
     p = points[v]
     total = np.zeros(3)
@@ -68,7 +69,7 @@ def _target(points, v, star):  # type: ignore[no-untyped-def]
 
 
 @numba.njit
-def _smooth(  # type: ignore[no-untyped-def]
+def _smooth(
     points, offsets, connectivity, star_offsets, star, corner_offsets, faces_round, directions,
     held, order, gate, ring_normal, at_once, two_triangles, passes,
 ):  # fmt: skip
@@ -138,12 +139,12 @@ def smooth(
         "reversed": numbers[::-1].copy(),
         "random": np.random.default_rng(0).permutation(numbers),
     }
-    directions = quality.reference_directions(mesh).astype(float)
+    directions = aspect_ratio.reference_directions(mesh).astype(float)
     offsets, star = (near.ring_offsets, near.ring) if sides_only else (near.star_offsets, near.star)
     return _smooth(
         mesh.points.copy(), mesh.offsets, mesh.connectivity, offsets, star,
         near.corner_offsets, near.corner_face[near.corners], directions,
-        near.border != adjacency.INTERIOR, orders[order], gate, ring_normal, at_once, two_triangles, passes,
+        near.kinds != adjacency.INTERIOR, orders[order], gate, ring_normal, at_once, two_triangles, passes,
     )  # fmt: skip
 
 

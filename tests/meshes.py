@@ -7,7 +7,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 KINDS = ("triangles", "quads", "mixed")
 

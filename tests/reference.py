@@ -47,8 +47,8 @@ def stars(mesh):
     return [star - {p} for p, star in enumerate(result)]
 
 
-def borders(mesh):
-    """Per point: kind (0 interior, 1 border, 2 irregular, 3 isolated), previous and next on the boundary."""
+def boundaries(mesh):
+    """Per point: kind (0 interior, 1 boundary, 2 non-manifold, 3 unused), the two next on the boundary."""
     edges, rings = directed_edges(mesh), one_rings(mesh)
     used, bad = set(mesh.connectivity.tolist()), set()
     for face in lists(mesh):

@@ -1,18 +1,18 @@
 """Every scheme with its usual parameters, for tests of what holds for each of them."""
 
-from vtksmooth.kernels.laplacian import Weights
-from vtksmooth.kernels.schemes.angle_based import AngleBased
-from vtksmooth.kernels.schemes.angle_weighted import AngleWeighted
-from vtksmooth.kernels.schemes.area_weighted import AreaWeighted
-from vtksmooth.kernels.schemes.cotangent import Cotangent
-from vtksmooth.kernels.schemes.equilateral import Equilateral
-from vtksmooth.kernels.schemes.implicit import Implicit
-from vtksmooth.kernels.schemes.optimal_delaunay import OptimalDelaunay
-from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
-from vtksmooth.kernels.schemes.taubin import Taubin
-from vtksmooth.kernels.schemes.thin_plate import ThinPlate
-from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing.schemes.angle_based import AngleBased
+from vtksmooth.kernels.smoothing.schemes.angle_weighted import AngleWeighted
+from vtksmooth.kernels.smoothing.schemes.area_weighted import AreaWeighted
+from vtksmooth.kernels.smoothing.schemes.cotangent import Cotangent
+from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
+from vtksmooth.kernels.smoothing.schemes.implicit import Implicit
+from vtksmooth.kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
+from vtksmooth.kernels.smoothing.schemes.scale_dependent import ScaleDependent
+from vtksmooth.kernels.smoothing.schemes.taubin import Taubin
+from vtksmooth.kernels.smoothing.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing.weights import Weights
 
 SCHEMES = {
     "umbrella": Umbrella(),

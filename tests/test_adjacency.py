@@ -6,8 +6,8 @@ import pytest
 import reference
 from vtkmodules.vtkFiltersCore import vtkFeatureEdges
 
-from vtksmooth.kernels import adjacency
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 EVERY = {
     **meshes.USUAL,
@@ -52,9 +52,9 @@ def test_one_rings_and_stars(mesh, near):
 
 
 def test_borders(mesh, near):
-    kinds, along = reference.borders(mesh)
-    assert near.border.tolist() == kinds
-    assert [tuple(row) for row in near.border_ring.tolist()] == along
+    kinds, along = reference.boundaries(mesh)
+    assert near.kinds.tolist() == kinds
+    assert [tuple(row) for row in near.boundary_ring.tolist()] == along
 
 
 def test_edges(mesh, near):
@@ -76,7 +76,7 @@ def test_boundary_loops_are_chains_of_boundary_edges(mesh, near):
     directed = reference.directed_edges(mesh)
     loops = adjacency.boundary_loops(near)
     on_loops = [p for loop in loops for p in loop.tolist()]
-    assert sorted(on_loops) == np.flatnonzero(near.border == adjacency.BORDER).tolist()
+    assert sorted(on_loops) == np.flatnonzero(near.kinds == adjacency.BOUNDARY).tolist()
     for loop in loops:
         for p, q in pairwise(loop.tolist()):
             assert len(directed[p, q]) == 1
@@ -122,7 +122,7 @@ def test_cycles_have_each_triangle_between_two_neighbours(name):
         assert sorted(ring) == sorted(before.ring[first:last].tolist())
         faces = [mesh.connectivity[c - c % 3 : c - c % 3 + 3].tolist() for c in corners]
         turned = [[*face[face.index(v) :], *face[: face.index(v)]] for face in faces]
-        if near.border[v] == adjacency.INTERIOR and reference.fans(faces, v) == 1:
+        if near.kinds[v] == adjacency.INTERIOR and reference.fans(faces, v) == 1:
             assert turned == [[v, *pair] for pair in zip(ring, ring[1:] + ring[:1], strict=True)]
             assert corners[0] == min(corners)
         else:

@@ -7,7 +7,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vtksmooth import ContainmentCheck, InstallationSpaceSmoothing
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def planes(solid):

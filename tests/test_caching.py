@@ -4,8 +4,8 @@ import numba
 import pytest
 from filelock import FileLock
 
-from vtksmooth.kernels import compiled
-from vtksmooth.kernels.caching import BusyError, KernelCache
+from vtksmooth.jit import compiled
+from vtksmooth.jit.caching import BusyError, KernelCache
 
 
 def triple(x):

@@ -153,7 +153,7 @@ def test_notes_go_to_stderr_unless_quiet(sphere, tmp_path, capsys):
 
 
 def test_kernels_being_compiled_are_announced(sphere, capsys, monkeypatch):
-    from vtksmooth.kernels import compiled
+    from vtksmooth.jit import compiled
 
     real = vtksmooth.SurfaceQuality.execute
 

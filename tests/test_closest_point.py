@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
-from vtksmooth.kernels.closest_point import ClosestPoint, triangles
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.distance.closest_point import ClosestPoint, triangles
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def as_triangles(mesh):

@@ -10,8 +10,8 @@ from numba import types
 from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 
-from vtksmooth.kernels import compilation, compiled
-from vtksmooth.kernels.compilation import compiling_kernels
+from vtksmooth.jit import compilation, compiled
+from vtksmooth.jit.compilation import compiling_kernels
 
 _OPERATORS = (operator.add, operator.mul, operator.truediv, operator.sub, operator.lt, operator.getitem)
 _TYPES = (

@@ -11,18 +11,19 @@ import pytest
 from numba import typeof, types
 
 from vtksmooth.filters import FILTERS
-from vtksmooth.kernels import adjacency, compile_ahead, parallel
-from vtksmooth.kernels.caching import KernelCache
-from vtksmooth.kernels.compile_ahead import compiling_ahead, spelled, understood
-from vtksmooth.kernels.compiled import device
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.jit import compile_ahead, parallel
+from vtksmooth.jit.caching import KernelCache
+from vtksmooth.jit.compile_ahead import compiling_ahead, spelled, understood
+from vtksmooth.jit.compiled import device
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 LIST = json.loads(compile_ahead.PATH.read_text(encoding="utf-8"))
 
 _COMPILED = """
 import pyvista as pv
 from vtksmooth import SurfaceQuality
-from vtksmooth.kernels.compiled import on_compile
+from vtksmooth.jit.compiled import on_compile
 
 with on_compile(print):
     SurfaceQuality()(pv.Sphere())
@@ -60,7 +61,7 @@ def test_what_kernels_must_not_take_is_not_written():
 
 def test_what_was_compiled_ahead_is_not_compiled_again(tmp_path):
     cache = {"NUMBA_CACHE_DIR": str(tmp_path), "VTKSMOOTH_THREADS": "1"}
-    command = [sys.executable, "-m", "vtksmooth.kernels.compile_ahead", "SurfaceQuality", "1"]
+    command = [sys.executable, "-m", "vtksmooth.jit.compile_ahead", "SurfaceQuality", "1"]
     pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
     with subprocess.Popen(command, env={**os.environ, **cache}, **pipes) as helper:  # type: ignore[call-overload]
         assert helper.wait() == 0
@@ -106,7 +107,7 @@ def test_what_shares_most_of_its_code_is_compiled_together():
 
 def test_helpers_end_with_the_process_that_started_them(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-m", "vtksmooth.kernels.compile_ahead", "", "0"]
+    command = [sys.executable, "-m", "vtksmooth.jit.compile_ahead", "", "0"]
     helper = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE)
     helper.stdin.close()  # as the operating system does, however the process ends
     assert helper.wait(60) == 0

@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 import vtksmooth
-from vtksmooth.kernels import compiled
+from vtksmooth.jit import compiled
 
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[1])
-import vtksmooth.kernels.compiled as compiled
-from vtksmooth.kernels import parallel
-from vtksmooth.kernels.loop import _carry_out
+import vtksmooth.jit.compiled as compiled
+from vtksmooth.jit import parallel
+from vtksmooth.kernels.smoothing.loop import _carry_out
 import numpy as np
 starts, ends = parallel.ranges(3)
 points = np.zeros((3, 3))
@@ -76,11 +76,11 @@ def test_a_kernel_is_compiled_once_and_again_when_a_source_changes_that_it_depen
     assert run(copy) == "3 9.0 0"
     kernels = copy / "vtksmooth" / "kernels"
     # A helper in another file, two imports away: numba itself would not notice.
-    for name, times in (("quality.py", 1), ("constraints/tangent_plane.py", 0)):
+    for name, times in (("measures/aspect_ratio.py", 1), ("smoothing/constraints/tangent_plane.py", 0)):
         changed = kernels / name
         changed.write_text(changed.read_text() + "\n# changed\n")
         assert run(copy) == f"3 9.0 {times}"
-    assert len(list((kernels / "__pycache__").glob("kernels.loop-*"))) == 1
+    assert len(list((copy / "vtksmooth" / "jit" / "__pycache__").glob("smoothing.loop-*"))) == 1
 
 
 def test_kernels_work_where_nothing_can_be_written(copy: Path) -> None:
@@ -92,12 +92,12 @@ def test_kernels_work_where_nothing_can_be_written(copy: Path) -> None:
 
 
 def test_an_installation_that_cannot_be_written_uses_the_users_cache(copy: Path, tmp_path: Path) -> None:
-    (copy / "vtksmooth" / "kernels" / "__pycache__").write_text("occupied")
+    (copy / "vtksmooth" / "jit" / "__pycache__").write_text("occupied")
     home = tmp_path / "home"
     names = {"HOME": str(home), "XDG_CACHE_HOME": str(home), "LOCALAPPDATA": str(home)}
     assert run(copy, **names) == "3 9.0 1"
     assert run(copy, **names) == "3 9.0 0"
-    assert list((home / "vtksmooth").glob("kernels.loop-*"))
+    assert list((home / "vtksmooth").glob("smoothing.loop-*"))
 
 
 def test_an_import_compiles_nothing(tmp_path: Path) -> None:
@@ -111,11 +111,11 @@ def test_an_import_compiles_nothing(tmp_path: Path) -> None:
 
 def test_helpers_that_count_no_references_cannot_make_arrays():
     @compiled.device
-    def helper(n):  # type: ignore[no-untyped-def]
+    def helper(n):
         return np.zeros(n).sum()
 
     @numba.njit
-    def caller(n):  # type: ignore[no-untyped-def]
+    def caller(n):
         return helper(n)
 
     with pytest.raises(numba.TypingError, match="returning of array"):

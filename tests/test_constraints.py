@@ -12,21 +12,24 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth.errors import ParameterError
-from vtksmooth.kernels import adjacency, features, loop, quality
-from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.creases import Creases
-from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
-from vtksmooth.kernels.constraints.features import FeatureLines
-from vtksmooth.kernels.constraints.fixed import Fixed
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.equilateral import Equilateral
-from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.measures import aspect_ratio
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.creases import Creases
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.feature_lines import FeatureLines
+from vtksmooth.kernels.smoothing.constraints.fixed import Fixed
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
+from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 
 class Bumpy:
@@ -35,14 +38,14 @@ class Bumpy:
     def __init__(self, kind):
         self.mesh = meshes.sheet(10, 8, kind, jitter=0.6, bump=2.0, seed=7, boundary_jitter=0.3)
         self.near = adjacency.build(self.mesh)
-        self.directions = quality.reference_directions(self.mesh)
+        self.directions = aspect_ratio.reference_directions(self.mesh)
         self.k = self.k_of(self.mesh.points)
         self.smallest_angle = reference.corner_angles(self.mesh).min()
-        self.border = np.array(reference.borders(self.mesh)[0]) == 1
+        self.kinds = np.array(reference.boundaries(self.mesh)[0]) == 1
         x, y = self.mesh.points[:, 0], self.mesh.points[:, 1]
         self.sides = [x == 0, x == 10, y == 0, y == 8]
         self.corners = sum(self.sides) == 2
-        self.fixed = (np.random.default_rng(0).random(self.mesh.n_points) < 0.15) & ~self.border
+        self.fixed = (np.random.default_rng(0).random(self.mesh.n_points) < 0.15) & ~self.kinds
         self.distance = vtkImplicitPolyDataDistance()
         self.distance.SetInput(
             meshes.polydata(Mesh.from_faces(self.mesh.points, reference.triangles(self.mesh)))
@@ -97,12 +100,12 @@ def test_every_scheme_with_every_constraint(bumpy, name, gate):
         if sliding:
             for axis, side in enumerate(bumpy.sides):
                 np.testing.assert_allclose(points[side, axis // 2], mesh.points[side, axis // 2], atol=1e-13)
-            np.testing.assert_allclose(points[bumpy.border, 2], 0, atol=1e-13)
+            np.testing.assert_allclose(points[bumpy.kinds, 2], 0, atol=1e-13)
             np.testing.assert_array_equal(points[bumpy.corners], mesh.points[bumpy.corners])
             if gate == "none" and not conserving:
-                assert (points != mesh.points).any(axis=1)[bumpy.border].any()
+                assert (points != mesh.points).any(axis=1)[bumpy.kinds].any()
         else:
-            assert points[bumpy.border].tobytes() == mesh.points[bumpy.border].tobytes()
+            assert points[bumpy.kinds].tobytes() == mesh.points[bumpy.kinds].tobytes()
         if conserving:
             assert abs(report.swept_volume) < 1e-11
         if to_surface:
@@ -181,7 +184,7 @@ def test_corners_of_a_sliding_boundary_stay_by_their_angle():
 def test_irregular_points_stay_whatever_the_boundary_may_do():
     for name in ("moebius", "non_manifold_edge", "misoriented", "bow_tie"):
         mesh = meshes.HOSTILE[name]()
-        irregular = np.array(reference.borders(mesh)[0]) == 2
+        irregular = np.array(reference.boundaries(mesh)[0]) == 2
         for sliding in (False, True):
             points, report = loop.smooth(mesh, Umbrella(), [Boundary(sliding)], iterations=3)
             np.testing.assert_array_equal(points[irregular], mesh.points[irregular])
@@ -281,12 +284,12 @@ def test_gated_trapezium_drawing_like_the_definition(kind):
     # No face is inverted: the gate is the paper's.
     mesh = meshes.sheet(8, 6, kind, jitter=0.2, bump=1.5, seed=11)
     near = adjacency.build(mesh)
-    directions = quality.reference_directions(mesh)
-    assert (quality.aspect_ratios(mesh, directions) > 0).all()
-    expected = oracle_gated_pass(mesh, directions, reference.borders(mesh)[0])
+    directions = aspect_ratio.reference_directions(mesh)
+    assert (aspect_ratio.aspect_ratios(mesh, directions) > 0).all()
+    expected = oracle_gated_pass(mesh, directions, reference.boundaries(mesh)[0])
     points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=1)
     np.testing.assert_allclose(points, expected, atol=1e-12)
-    assert 0 < report.moved < (near.border == 0).sum()
+    assert 0 < report.moved < (near.kinds == 0).sum()
 
 
 # -- features and creases --------------------------------------------------------------------------
@@ -335,7 +338,7 @@ def test_sliding_makes_ridges_even_and_needs_two_neighbours(block):
     points, _ = loop.smooth(block.mesh, Umbrella(), [TangentPlane(), FeatureLines(True)], iterations=100)
     ridges = block.sides == 2
     np.testing.assert_allclose(points[ridges], np.round(points[ridges]), atol=1e-2)
-    found = features.detect(block.mesh, block.near)
+    found = detection.detect(block.mesh, block.near)
     ring = found.ridge_ring.copy()
     ring[:, 1] = -1
     held, _ = loop.smooth(
@@ -350,7 +353,7 @@ def test_sliding_makes_ridges_even_and_needs_two_neighbours(block):
 
 def test_features_that_are_given_are_renumbered_as_the_run_is(block):
     # In place the run has a numbering of its own; the features are those of a mesh numbered otherwise.
-    found = features.detect(block.mesh, block.near)
+    found = detection.detect(block.mesh, block.near)
     for gate in ([], [Gate("floor")]):
         constraints = [TangentPlane(), FeatureLines(True), *gate]
         given, _ = loop.smooth(block.mesh, Umbrella(), constraints, iterations=3, find_features=found)
@@ -359,7 +362,7 @@ def test_features_that_are_given_are_renumbered_as_the_run_is(block):
     with pytest.raises(ParameterError, match="features are those of 3 points"):
         loop.smooth(
             block.mesh, Umbrella(), [FeatureLines()], iterations=1,
-            find_features=features.Features(found.classes[:3], found.ridge_ring[:3], found.ridge_edges),
+            find_features=detection.Features(found.classes[:3], found.ridge_ring[:3], found.ridge_edges),
         )  # fmt: skip
 
 

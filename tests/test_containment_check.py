@@ -15,7 +15,7 @@ from vtksmooth import ContainmentCheck, InvalidMeshError
 from vtksmooth.cli import main
 from vtksmooth.files import write_surface
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 NOTHING = {"vertices_outside": 0, "max_outside": 0.0, "triangles_crossing": 0}
 

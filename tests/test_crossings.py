@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from vtkmodules.vtkCommonDataModel import vtkTriangle
 
-from vtksmooth.kernels.closest_point import ClosestPoint
-from vtksmooth.kernels.crossings import crossing_triangles
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.containment.crossings import crossing_triangles
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 TOLERANCE = 1e-9
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 import reference
 
-from vtksmooth.kernels.dihedral import face_normals
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.measures.dihedral import face_normals
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 @pytest.mark.parametrize("scale", [1e-60, 1.0, 1e60])

@@ -11,9 +11,11 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtksmooth import EquilateralSmoothing, InvalidMeshError, LaplacianSmoothing, ParameterError
 from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
-from vtksmooth.kernels import adjacency, features, measure
-from vtksmooth.kernels.closest_point import ClosestPoint
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.measures import comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 DATA = os.environ.get("VTKSMOOTH_DATA")
 
@@ -41,9 +43,9 @@ def test_quality_features_and_surface_at_once(file, mean, least, deviation):
     assert smoothing.report.min_aspect_ratio[1] > least
     assert smoothing.report.inverted[1] == 0
     edges = adjacency.edges(adjacency.build(before))
-    creases = np.abs(measure.dihedral_angles(before, *edges)) > 40
+    creases = np.abs(comparison.dihedral_angles(before, *edges)) > 40
     assert creases.sum() > 300
-    assert (np.abs(measure.dihedral_angles(after, *edges)[creases]) >= 40 - 1e-9).all()
+    assert (np.abs(comparison.dihedral_angles(after, *edges)[creases]) >= 40 - 1e-9).all()
     middles = after.points[after.connectivity.reshape(-1, 3)].mean(axis=1)
     assert ClosestPoint(before).query(middles)[1].mean() < deviation * before.diagonal
 
@@ -78,7 +80,7 @@ def with_arrays(mesh, classes, ring):
 @pytest.mark.parametrize("cls", [EquilateralSmoothing, LaplacianSmoothing])
 def test_features_that_the_input_carries_are_used(cls):
     mesh, on = cube()
-    found = features.detect(mesh, adjacency.build(mesh))
+    found = detection.detect(mesh, adjacency.build(mesh))
     smoothing = cls(features="slide", iterations=3)
     plain = points_of(smoothing(meshes.polydata(mesh)))
     given = points_of(smoothing(with_arrays(mesh, found.classes, found.ridge_ring.astype(np.int64))))

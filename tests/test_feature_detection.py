@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 from vtksmooth import FeatureDetection, ParameterError
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface, write_surface
-from vtksmooth.kernels import adjacency, features
+from vtksmooth.kernels.mesh import adjacency
 
 
 def detect(mesh, **parameters):
@@ -26,7 +26,7 @@ def detect(mesh, **parameters):
 def test_cube():
     mesh = meshes.cube(3)
     detection, result, lines = detect(mesh)
-    found = features.detect(mesh, adjacency.build(mesh))
+    found = detection.detect(mesh, adjacency.build(mesh))
     np.testing.assert_array_equal(result["FeatureClass"], found.classes)
     np.testing.assert_array_equal(result["RidgeNeighbours"], found.ridge_ring)
     assert result["FeatureClass"].dtype == np.uint8

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from vtksmooth.errors import ParameterError
-from vtksmooth.kernels import adjacency, features, parallel
-from vtksmooth.kernels.features import CORNER, RIDGE, SMOOTH
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.jit import parallel
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.features.detection import CORNER, RIDGE, SMOOTH
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def detect(mesh, **settings):
-    return features.detect(mesh, adjacency.build(mesh), **settings)
+    return detection.detect(mesh, adjacency.build(mesh), **settings)
 
 
 def on_cube(mesh, side):
@@ -42,7 +44,7 @@ def test_cube(side, triangles, weight):
     np.testing.assert_array_equal(found.classes, on_cube(mesh, side))
     assert len(found.ridge_edges) == 12 * side
     assert (found.ridge_edges[:, 0] < found.ridge_edges[:, 1]).all()
-    lines = features.polylines(found)
+    lines = detection.polylines(found)
     assert len(lines) == 12
     assert all(len(line) == side + 1 for line in lines)
     ends = np.array([line[[0, -1]] for line in lines])
@@ -54,7 +56,7 @@ def test_sphere_is_smooth():
     assert not found.classes.any()
     assert not len(found.ridge_edges)
     assert (found.ridge_ring == -1).all()
-    assert features.polylines(found) == []
+    assert detection.polylines(found) == []
 
 
 def test_sheet_has_its_boundary_and_its_corners():
@@ -63,19 +65,19 @@ def test_sheet_has_its_boundary_and_its_corners():
     x, y, _ = mesh.points.T
     boundary = (x == 0).astype(int) + (x == 5) + (y == 0) + (y == 4)
     np.testing.assert_array_equal(found.classes, boundary)
-    assert len(features.polylines(found)) == 4
+    assert len(detection.polylines(found)) == 4
 
 
 @pytest.mark.parametrize("angle", [25, 60, 90, 150])
 def test_roof(angle):
     mesh, on_ridge = roof(angle)
     found = detect(mesh)
-    border = adjacency.build(mesh).border == adjacency.BORDER
-    np.testing.assert_array_equal(found.classes > 0, on_ridge | border)
-    inner = on_ridge & ~border
+    kinds = adjacency.build(mesh).kinds == adjacency.BOUNDARY
+    np.testing.assert_array_equal(found.classes > 0, on_ridge | kinds)
+    inner = on_ridge & ~kinds
     assert (found.classes[inner] == RIDGE).all()
     # Where the ridge meets the boundary three ridge edges meet.
-    assert (found.classes[on_ridge & border] == CORNER).all()
+    assert (found.classes[on_ridge & kinds] == CORNER).all()
     np.testing.assert_allclose(
         mesh.points[found.ridge_ring[inner]].mean(axis=1), mesh.points[inner], atol=1e-12
     )
@@ -84,7 +86,7 @@ def test_roof(angle):
 @pytest.mark.parametrize(("threshold", "there"), [(44.0, True), (46.0, False)])
 def test_ridge_angle_decides(threshold, there):
     mesh, on_ridge = roof(45)
-    inner = on_ridge & (adjacency.build(mesh).border == adjacency.INTERIOR)
+    inner = on_ridge & (adjacency.build(mesh).kinds == adjacency.INTERIOR)
     assert (detect(mesh, ridge_angle=threshold).classes[inner] == (RIDGE if there else SMOOTH)).all()
 
 
@@ -101,7 +103,7 @@ def test_scale_and_pose_do_not_matter(name, size):
 
 def test_closed_line():
     mesh = meshes.torus(24, 4, "quads")  # a square section: four sharp rings
-    lines = features.polylines(detect(mesh))
+    lines = detection.polylines(detect(mesh))
     assert len(lines) == 4
     assert all(line[0] == line[-1] and len(line) == 25 for line in lines)
 
@@ -121,10 +123,10 @@ def test_hostile_meshes(name):
     mesh = meshes.HOSTILE[name]()
     found = detect(mesh)
     near = adjacency.build(mesh)
-    assert (found.classes[near.border == adjacency.ISOLATED] == SMOOTH).all()
+    assert (found.classes[near.kinds == adjacency.UNUSED] == SMOOTH).all()
     assert (found.ridge_ring[found.classes != RIDGE] == -1).all()
     assert (found.classes[found.ridge_edges] > 0).all()
-    joined = features.polylines(found)
+    joined = detection.polylines(found)
     assert sum(len(line) - 1 for line in joined) == len(found.ridge_edges)
 
 
@@ -140,7 +142,7 @@ def test_thresholds_out_of_range(settings):
 def test_single_triangle():
     found = detect(Mesh.from_faces([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     assert (found.classes == CORNER).all()
-    assert len(features.polylines(found)) == 3
+    assert len(detection.polylines(found)) == 3
 
 
 def needle(height):
@@ -162,13 +164,13 @@ def test_flat_two_sided_disc_has_cusps_on_its_rim():
     lower = [[13 if p == 0 else p for p in face] for face in lower]
     points = np.vstack([disc.points, disc.points[:1]])
     found = detect(Mesh.from_faces(points, [*meshes.lists(disc), *lower]))
-    assert (found.classes[1:13] == features.CUSP).all()
+    assert (found.classes[1:13] == detection.CUSP).all()
     assert (found.classes[[0, 13]] == SMOOTH).all()
 
 
 def test_sizes_of_faces_do_not_matter_to_a_ridge():
     mesh, on_ridge = roof(60)
-    inner = on_ridge & (adjacency.build(mesh).border == adjacency.INTERIOR)
+    inner = on_ridge & (adjacency.build(mesh).kinds == adjacency.INTERIOR)
     stretched = mesh.points.copy()
     stretched[stretched[:, 0] < 6, 0] = 6 + 1000 * (stretched[stretched[:, 0] < 6, 0] - 6)
     assert (detect(mesh.with_points(stretched)).classes[inner] == RIDGE).all()

@@ -41,7 +41,7 @@ from vtksmooth import (
 )
 from vtksmooth.filters import FILTERS
 from vtksmooth.filters.arrays import cells_of, surface_of, vtk_array
-from vtksmooth.kernels.closest_point import ClosestPoint
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
 
 SMOOTHING = [
     TrapeziumDrawing,

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vtksmooth.errors import InvalidMeshError
-from vtksmooth.kernels.fitting import fit_cylinder, fit_sphere
+from vtksmooth.kernels.measures.fitting import fit_cylinder, fit_sphere
 
 
 def turned(seed):

@@ -4,7 +4,7 @@ import meshes
 import numpy as np
 import pytest
 
-from vtksmooth.kernels.hole_filling import lid, rims
+from vtksmooth.kernels.mesh.hole_filling import lid, rims
 
 
 def circle(n, height=0.0):
@@ -61,11 +61,11 @@ def test_a_concave_rim_is_not_overshot():
 
 def test_rims_pass_each_point_once():
     # An eight, and a triangle.
-    borders = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0], [7, 8], [8, 9], [9, 7]])
-    found = rims(borders[np.random.default_rng(0).permutation(len(borders))])
+    boundaries = np.array([[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0], [7, 8], [8, 9], [9, 7]])
+    found = rims(boundaries[np.random.default_rng(0).permutation(len(boundaries))])
     assert sorted(sorted(rim.tolist()) for rim in found) == [[0, 1, 2], [0, 3, 4], [7, 8, 9]]
     sides = {(rim[i - 1], rim[i]) for rim in found for i in range(len(rim))}
-    assert sides == set(map(tuple, borders.tolist()))
+    assert sides == set(map(tuple, boundaries.tolist()))
 
 
 def test_rims_of_a_tube():

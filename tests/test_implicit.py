@@ -10,13 +10,13 @@ import reference
 
 from vtksmooth import InstallationSpaceSmoothing, LaplacianSmoothing, ParameterError, samples
 from vtksmooth.cli import main
-from vtksmooth.kernels import loop
-from vtksmooth.kernels.constraints.blend import Blend
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.laplacian import KINDS, Weights
-from vtksmooth.kernels.schemes import implicit
-from vtksmooth.kernels.schemes.implicit import TOLERANCE, Implicit
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.schemes import implicit
+from vtksmooth.kernels.smoothing.schemes.implicit import TOLERANCE, Implicit
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing.weights import KINDS, Weights
 
 SURFACES = {
     "sheet": lambda: meshes.sheet(8, 6, jitter=0.2, bump=2.0),
@@ -52,7 +52,7 @@ def laplacian(mesh, kind, flow=None, flow_weight=0.0):
 
 def solution(mesh, matrix, step, thin_plate=False):
     """The dense solution, and the longest explicit step."""
-    inner = (np.array(reference.borders(mesh)[0]) == 0).astype(float)[:, None]
+    inner = (np.array(reference.boundaries(mesh)[0]) == 0).astype(float)[:, None]
     points = np.nan_to_num(mesh.points)
     operator = inner * (-matrix @ (inner * matrix) if thin_plate else matrix)
     found = np.linalg.solve(np.eye(len(points)) - step * operator, points)
@@ -147,7 +147,7 @@ def test_nothing_overshoots_however_large_the_step(kind):
         assert (points >= low - 1e-9).all()
         assert (points <= high + 1e-9).all()
     if kind == "umbrella":  # the weights stay what they are: in the limit L vanishes where points are free
-        free = (np.array(reference.borders(mesh)[0]) == 0) & ~held
+        free = (np.array(reference.boundaries(mesh)[0]) == 0) & ~held
         assert np.abs(laplacian(mesh, kind) @ points)[free].max() < 1e-9
 
 

@@ -1,4 +1,4 @@
-"""Imports run one way: kernels <- filters <- accessor, files and recipe <- demo and cli."""
+"""Imports run one way: jit <- kernels, by rooms <- filters <- accessor, files, recipe <- demo and cli."""
 
 import ast
 import graphlib
@@ -15,26 +15,23 @@ import vtksmooth
 PACKAGE = Path(vtksmooth.__file__).parent
 ROOT = PACKAGE.parent
 
-#: What a layer may import besides the standard library and the layers below it.
-FOREIGN = [
-    set(),
-    {"filelock", "numpy", "llvmlite", "numba", "scipy"},
-    {"numpy", "vtkmodules"},
-    {"numpy", "vtkmodules", "paraview"},
-    {"numpy", "vtkmodules", "pyvista", "trimesh"},
-    {"numpy", "vtkmodules", "pyvista", "matplotlib"},
+_COMPUTING = {"filelock", "numpy", "llvmlite", "numba", "scipy"}
+#: The layers from below: what is in each (rooms of kernels side by side know nothing of each other), and
+#: what it may import besides the standard library and the layers below it.
+LAYERS = [
+    ({"errors", "report"}, set()),
+    ({"jit"}, _COMPUTING),
+    ({"kernels.mesh"}, _COMPUTING),
+    ({"kernels.measures"}, _COMPUTING),
+    ({"kernels.features", "kernels.distance"}, _COMPUTING),
+    ({"kernels.containment"}, _COMPUTING),
+    ({"kernels.smoothing"}, _COMPUTING),
+    ({"filters"}, {"numpy", "vtkmodules"}),
+    ({"paraview"}, {"numpy", "vtkmodules", "paraview"}),
+    ({"accessor", "files", "recipe"}, {"numpy", "vtkmodules", "pyvista", "trimesh"}),
 ]
-LAYERS = {
-    "errors": 0,
-    "report": 0,
-    "kernels": 1,
-    "filters": 2,
-    "paraview": 3,
-    "accessor": 4,
-    "files": 4,
-    "recipe": 4,
-}
-TOP = len(FOREIGN) - 1
+#: What is on top may import.
+_ON_TOP = {"numpy", "vtkmodules", "pyvista", "matplotlib"}
 
 GUI = ROOT / "gui"
 #: What each part of the application may import besides itself, numpy and the standard library.
@@ -50,6 +47,7 @@ GUI_PARTS = {
     "views": {
         "vtkmodules",
         "PySide6",
+        "vtksmooth.jit",
         "pyvistaqt",
         "pyqtgraph",
         "vtksmooth.filters",
@@ -68,10 +66,14 @@ GUI_BELOW = {
 }
 
 
-def layer(module):
-    """The layer of a dotted name within the package; what is not named above is on top."""
-    parts = module.split(".")
-    return LAYERS.get(parts[1], TOP) if len(parts) > 1 else 0
+def place(module):
+    """The layer of a dotted name within the package, and the room there; what is not named is on top."""
+    name = module.partition(".")[2]
+    for layer, (rooms, _) in enumerate(LAYERS):
+        for room in rooms:
+            if name == room or name.startswith(room + "."):
+                return layer, room
+    return (len(LAYERS), name.partition(".")[0]) if name not in ("", "kernels") else (0, name)
 
 
 def module_of(file):
@@ -106,13 +108,17 @@ MODULES = [file for file in FILES if file != PACKAGE / "__init__.py"]
 
 
 def violations(source, module, is_package=False):
-    rank = layer(module)
+    layer, room = place(module)
+    foreign = LAYERS[layer][1] if layer < len(LAYERS) else _ON_TOP
     for name in sorted(imports_of(source, module, is_package)):
         top = name.split(".")[0]
         if top == "vtksmooth":
-            if layer(name) > rank:
+            above, other = place(name)
+            if above > layer:
                 yield f"{module} imports {name}, which is above it"
-        elif top not in sys.stdlib_module_names and top not in FOREIGN[rank]:
+            elif above == layer and other != room and room.startswith("kernels"):
+                yield f"{module} imports {name}, which is beside it"
+        elif top not in sys.stdlib_module_names and top not in foreign:
             yield f"{module} imports {name}"
 
 
@@ -126,9 +132,12 @@ def test_imports_run_one_way(file):
     ("module", "source"),
     [
         ("vtksmooth.errors", "from .kernels import mesh"),
-        ("vtksmooth.kernels.loop", "from ..filters import Filter"),
-        ("vtksmooth.kernels.loop", "import vtkmodules"),
-        ("vtksmooth.kernels.schemes.taubin", "def f():\n    from ...accessor import method_name"),
+        ("vtksmooth.kernels.smoothing.loop", "from ...filters import Filter"),
+        ("vtksmooth.kernels.containment.crossings", "from ..smoothing import loop"),
+        ("vtksmooth.kernels.features.detection", "from ..distance import ray"),
+        ("vtksmooth.jit.parallel", "from ..kernels.mesh import mesh"),
+        ("vtksmooth.kernels.smoothing.loop", "import vtkmodules"),
+        ("vtksmooth.kernels.smoothing.schemes.taubin", "def f():\n    from ....accessor import method_name"),
         ("vtksmooth.filters.base", "import pyvista as pv"),
         ("vtksmooth.filters.base", "from .. import files"),
         ("vtksmooth.paraview.proxies", "import pyvista as pv"),
@@ -211,7 +220,7 @@ def test_no_module_imports_itself_by_way_of_others():
     [
         ("vtksmooth", {"numpy", "llvmlite", "numba", "vtkmodules", "pyvista"}),
         ("vtksmooth.filters", {"vtk", "pyvista", "matplotlib"}),
-        ("vtksmooth.kernels.loop", {"vtkmodules", "pyvista"}),
+        ("vtksmooth.kernels.smoothing.loop", {"vtkmodules", "pyvista"}),
         ("vtksmooth.accessor", {"vtksmooth.cli", "vtksmooth.demo"}),
     ],
 )

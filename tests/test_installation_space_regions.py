@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 from vtksmooth import InstallationSpaceRegions, InvalidMeshError
 from vtksmooth.cli import main
 from vtksmooth.files import write_surface
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def arrays(result):

@@ -23,14 +23,14 @@ from vtksmooth import (
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels import loop
-from vtksmooth.kernels.constraints.blend import Blend
-from vtksmooth.kernels.constraints.containment import Containment
-from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.pairwise import Pairwise
-from vtksmooth.kernels.schemes.umbrella import Umbrella
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.containment import Containment
+from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 DATA = os.environ.get("VTKSMOOTH_DATA")
 

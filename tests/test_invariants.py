@@ -9,17 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from schemes import SCHEMES
 
-from vtksmooth.kernels import adjacency, loop, measure, parallel, quality
-from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.creases import Creases
-from vtksmooth.kernels.constraints.features import FeatureLines
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.no_inversion import NoInversion
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
-from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.jit import parallel
+from vtksmooth.kernels.measures import aspect_ratio, comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.creases import Creases
+from vtksmooth.kernels.smoothing.constraints.feature_lines import FeatureLines
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
 
 #: k is computed in another order by the gate than by the measure, with other rounding errors.
 ROUNDING = 1e-13
@@ -60,8 +63,8 @@ def masks(mesh, seed):
 
 def frozen_k(mesh):
     """A function from points to k, against the directions of `mesh`."""
-    directions = quality.reference_directions(mesh)
-    return lambda points: quality.aspect_ratios(mesh.with_points(points), directions)
+    directions = aspect_ratio.reference_directions(mesh)
+    return lambda points: aspect_ratio.aspect_ratios(mesh.with_points(points), directions)
 
 
 def assert_never_worse(before, after):
@@ -130,9 +133,9 @@ def test_no_pass_with_the_floor_gate_goes_below_the_floor_or_inverts_more(mesh, 
 @settings(max_examples=100)
 def test_no_edge_above_the_crease_angle_falls_below_it(mesh, scheme, gate, angle):
     edges = adjacency.edges(adjacency.build(mesh))
-    before = measure.dihedral_angles(mesh, *edges)
+    before = comparison.dihedral_angles(mesh, *edges)
     points, _ = loop.smooth(mesh, scheme, [Boundary(sliding=True), Creases(angle), *gate], iterations=4)
-    after = measure.dihedral_angles(mesh.with_points(points), *edges)
+    after = comparison.dihedral_angles(mesh.with_points(points), *edges)
     sharp = np.abs(before) > angle
     assert (np.abs(after[sharp]) >= angle - 1e-6).all()
     if mesh.only_triangles:

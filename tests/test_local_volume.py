@@ -15,15 +15,18 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth import ParameterError
-from vtksmooth.kernels import adjacency, features, loop, measure, quality
-from vtksmooth.kernels.constraints import local_volume
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.measures import aspect_ratio, comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints import local_volume
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 CLOSED = {
     "torus of triangles": lambda: meshes.torus(18, 8, "triangles", jitter=0.2),
@@ -65,7 +68,7 @@ def test_corrections_by_their_definition(kind, corrections):
     mesh = meshes.joined(meshes.torus(12, 8, kind, jitter=0.1), meshes.cube(2, kind == "triangles"))
     # The cube is pushed out of shape, so that its ridges and corners have something to correct.
     mesh.points[96:] += np.random.default_rng(5).normal(0, 0.02, (mesh.n_points - 96, 3))
-    classes = features.detect(mesh, adjacency.build(mesh)).classes
+    classes = detection.detect(mesh, adjacency.build(mesh)).classes
     assert {1, 2} <= set(classes.tolist())
     expected, _ = loop.smooth(mesh, Umbrella(0.05), [NullSpace()], iterations=1)
     d = np.array([direction(mesh, v, kind) for v, kind in enumerate(classes)])
@@ -180,7 +183,7 @@ def test_a_body_that_cannot_be_closed_stays():
     free, _ = loop.smooth(strip, Umbrella(), [slide, LocalVolume(1, uniform=False)], iterations=2)
     held, report = loop.smooth(strip, Umbrella(), [slide, LocalVolume(1)], iterations=2)
     assert (free != points).any()
-    assert abs(measure.swept_volume(strip, strip.with_points(free))) > 1e-5
+    assert abs(comparison.swept_volume(strip, strip.with_points(free))) > 1e-5
     np.testing.assert_array_equal(held, points)
     assert report.moved == 0
 
@@ -212,12 +215,12 @@ def test_a_bound_on_the_deviation_holds_all_the_same(kind):
 )
 @settings(max_examples=150)
 def test_nothing_is_inverted_and_the_volume_stays(mesh, scheme, null_space, sliding, corrections, gate):
-    directions = quality.reference_directions(mesh)
-    before = quality.aspect_ratios(mesh, directions)
+    directions = aspect_ratio.reference_directions(mesh)
+    before = aspect_ratio.aspect_ratios(mesh, directions)
     constraints = [NullSpace()] * null_space + [Boundary(sliding), LocalVolume(corrections), *gate]
     for passes in range(1, 4):
         points, report = loop.smooth(mesh, scheme, constraints, iterations=passes)
-        after = quality.aspect_ratios(mesh.with_points(points), directions)
+        after = aspect_ratio.aspect_ratios(mesh.with_points(points), directions)
         assert not ((after < 0) & (before >= 0)).any()
         before = after
         if report.volume is not None:
@@ -267,7 +270,7 @@ def test_triangles_have_a_kernel_that_agrees_with_the_general_one(left_out):
     mesh = Mesh.from_faces(mesh.points, meshes.lists(mesh)[left_out:])
     random = np.random.default_rng(5)
     after = mesh.points + 0.3 * random.normal(size=mesh.points.shape)
-    reference = quality.reference_directions(mesh)
+    reference = aspect_ratio.reference_directions(mesh)
     faces = np.array([0]), np.array([mesh.n_faces])
     for flux in (np.empty(0), random.normal(size=mesh.n_faces)):
         expected, swept = np.empty(len(mesh.connectivity)), np.empty(len(mesh.connectivity))
@@ -282,4 +285,4 @@ def test_triangles_have_a_kernel_that_agrees_with_the_general_one(left_out):
         assert found == inverted
         np.testing.assert_allclose([volume[0], expected_volume[0]], expected.sum(), atol=1e-13)
         np.testing.assert_allclose(swept, expected, atol=1e-14)
-        np.testing.assert_allclose(area, 2.0 * quality.area_vectors(mesh.with_points(after)), atol=1e-13)
+        np.testing.assert_allclose(area, 2.0 * aspect_ratio.area_vectors(mesh.with_points(after)), atol=1e-13)

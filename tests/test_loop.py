@@ -8,15 +8,18 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
 from vtksmooth.errors import Cancelled, ParameterError
-from vtksmooth.kernels import adjacency, features, loop, measure, quality
-from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.taubin import Taubin
-from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.measures import aspect_ratio, comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.schemes.taubin import Taubin
+from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 GATES = {"none": [], "angle": [Gate("angle")], "aspect": [Gate("aspect")]}
 
@@ -84,7 +87,7 @@ def test_the_fused_sweep_is_what_trapezium_drawing_uses():
             constraints,
             None,
             None,
-            features.detect,
+            detection.detect,
             loop.StopRules(),
             loop._ignore,
         )
@@ -110,10 +113,10 @@ def test_putting_a_scattered_mesh_in_order_changes_nothing_but_rounding(name, mo
 
 def test_several_blocks_are_still_the_definition(small_blocks):
     mesh = meshes.torus(40, 20, jitter=0.4)
-    k = quality.reference_directions(mesh)
-    before = quality.aspect_ratios(mesh, k)
+    k = aspect_ratio.reference_directions(mesh)
+    before = aspect_ratio.aspect_ratios(mesh, k)
     points, report = loop.smooth(mesh, TrapeziumDrawing(), [Gate("aspect")], iterations=3)
-    after = quality.aspect_ratios(mesh.with_points(points), k)
+    after = aspect_ratio.aspect_ratios(mesh.with_points(points), k)
     assert report.iterations == 3
     assert after.min() > before.min()
     assert (after < 0).sum() <= (before < 0).sum()
@@ -196,9 +199,9 @@ def test_volume_bound_of_an_open_mesh_is_swept_volume_over_the_bounding_box():
     points, report = loop.smooth(mesh, Umbrella(), iterations=100, stop=stop)
     assert report.stop_reason == "volume"
     assert report.iterations > 0
-    assert abs(measure.swept_volume(mesh, mesh.with_points(points))) <= 0.02 * box
+    assert abs(comparison.swept_volume(mesh, mesh.with_points(points))) <= 0.02 * box
     further, _ = loop.smooth(mesh, Umbrella(), iterations=report.iterations + 1)
-    assert abs(measure.swept_volume(mesh, mesh.with_points(further))) > 0.02 * box
+    assert abs(comparison.swept_volume(mesh, mesh.with_points(further))) > 0.02 * box
 
 
 @pytest.mark.parametrize("gate", GATES)
@@ -208,11 +211,11 @@ def test_too_little_gain(gate):
     points, report = loop.smooth(mesh, TrapeziumDrawing(), GATES[gate], iterations=100, stop=stop)
     assert report.stop_reason == "gain"
     assert 1 < report.iterations < 100
-    directions = quality.reference_directions(mesh)
+    directions = aspect_ratio.reference_directions(mesh)
 
     def mean_after(iterations):
         points, _ = loop.smooth(mesh, TrapeziumDrawing(), GATES[gate], iterations=iterations)
-        return quality.aspect_ratios(mesh.with_points(points), directions).mean(), points
+        return aspect_ratio.aspect_ratios(mesh.with_points(points), directions).mean(), points
 
     (last, same), (previous, _) = mean_after(report.iterations), mean_after(report.iterations - 1)
     np.testing.assert_array_equal(points, same)
@@ -327,21 +330,21 @@ def test_any_other_exception_of_progress_comes_through():
 def test_hostile_meshes_end_in_a_right_result(hostile, name, gate):
     mesh = meshes.HOSTILE[hostile]()
     near = adjacency.build(mesh)
-    directions = quality.reference_directions(mesh)
-    before = quality.aspect_ratios(mesh, directions)
+    directions = aspect_ratio.reference_directions(mesh)
+    before = aspect_ratio.aspect_ratios(mesh, directions)
     for extra in ([], [Boundary(sliding=True), BackToSurface(), DeviationBound(0.1)]):
         points, _ = loop.smooth(mesh, SCHEMES[name], [*extra, *GATES[gate]], iterations=3)
-        used = near.border != adjacency.ISOLATED
+        used = near.kinds != adjacency.UNUSED
         assert np.isfinite(points[used]).all()
         assert points[~used].tobytes() == mesh.points[~used].tobytes()
-        held = near.border == adjacency.IRREGULAR
+        held = near.kinds == adjacency.NON_MANIFOLD
         assert points[held].tobytes() == mesh.points[held].tobytes()
         low, high = mesh.points[used].min(axis=0), mesh.points[used].max(axis=0)
         size = np.linalg.norm(high - low) + 1e-15
         assert (points[used] >= low - size).all()
         assert (points[used] <= high + size).all()
         if gate == "aspect":
-            after = quality.aspect_ratios(mesh.with_points(points), directions)
+            after = aspect_ratio.aspect_ratios(mesh.with_points(points), directions)
             assert after.min() >= before.min() - 1e-13
             assert (after < -1e-13).sum() <= (before < 0).sum()
 
@@ -413,7 +416,7 @@ def test_a_large_mesh_with_nothing_but_degenerate_faces_stays():
 @pytest.mark.parametrize("gate", ["aspect", "floor"])
 @pytest.mark.parametrize(("kind", "best"), [("quads", 1.0), ("triangles", np.sqrt(3) / 2)])
 def test_gates_do_not_stall_where_rows_move_together(kind, best, gate):
-    # A graded grid whose border slides: no vertex gains alone, all of them together become even.
+    # A graded grid whose boundary slides: no vertex gains alone, all of them together become even.
     mesh = meshes.sheet(10, 10, kind)
     mesh = mesh.with_points(10.0 * (mesh.points / 10.0) ** 1.5)
     k = []

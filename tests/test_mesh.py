@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from vtksmooth.errors import InvalidMeshError
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 TRIANGLE = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]
 OFFSETS, CONNECTIVITY = [0, 3], [0, 1, 2]

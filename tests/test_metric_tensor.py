@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from vtksmooth.kernels import adjacency, metric_tensor
-from vtksmooth.kernels.compiled import kernel
-from vtksmooth.kernels.lanes import load, store
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.jit.compiled import kernel
+from vtksmooth.jit.simd import load, store
+from vtksmooth.kernels.features import metric_tensor
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 @kernel

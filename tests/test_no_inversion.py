@@ -6,12 +6,13 @@ from hypothesis import strategies as st
 from schemes import SCHEMES
 from test_invariants import surfaces
 
-from vtksmooth.kernels import loop, quality
-from vtksmooth.kernels.constraints import Constraint
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.no_inversion import NoInversion
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes import Scheme
+from vtksmooth.kernels.measures import aspect_ratio
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints import Constraint
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
+from vtksmooth.kernels.smoothing.schemes import Scheme
 
 
 class To(Scheme):
@@ -68,11 +69,11 @@ def test_neighbours_that_change_places_are_shortened_together():
 )
 @settings(max_examples=150)
 def test_no_face_that_is_not_inverted_becomes_so(mesh, scheme, gate):
-    directions = quality.reference_directions(mesh)
-    before = quality.aspect_ratios(mesh, directions)
+    directions = aspect_ratio.reference_directions(mesh)
+    before = aspect_ratio.aspect_ratios(mesh, directions)
     for passes in range(1, 5):
         points, report = loop.smooth(mesh, scheme, [NoInversion(), *gate], iterations=passes)
-        after = quality.aspect_ratios(mesh.with_points(points), directions)
+        after = aspect_ratio.aspect_ratios(mesh.with_points(points), directions)
         assert not ((after < 0) & (before >= 0)).any()
         assert report.inverted[1] <= report.inverted[0]
         before = after

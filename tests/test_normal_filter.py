@@ -6,9 +6,9 @@ import meshes
 import numpy as np
 import pytest
 
-from vtksmooth.kernels import adjacency
-from vtksmooth.kernels.dihedral import face_normals
-from vtksmooth.kernels.normal_filter import NoiseMeter, filter_normals
+from vtksmooth.kernels.features.normal_filter import NoiseMeter, filter_normals
+from vtksmooth.kernels.measures.dihedral import face_normals
+from vtksmooth.kernels.mesh import adjacency
 
 
 def noisy_cube(level, n=12, seed=0):

@@ -6,13 +6,15 @@ import pytest
 import reference
 from schemes import SCHEMES
 
-from vtksmooth.kernels import adjacency, features, loop
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.features import detection
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 SMOOTH, RIDGE, CORNER = 0, 1, 2
 
@@ -33,7 +35,7 @@ def test_steps_by_their_definition(kind):
         meshes.cube(3, kind == "triangles"),
     )
     near = adjacency.build(mesh)
-    found = features.detect(mesh, near)
+    found = detection.detect(mesh, near)
     proposed, _ = loop.smooth(mesh, Umbrella(0.7), iterations=1)
     points, _ = loop.smooth(mesh, Umbrella(0.7), [NullSpace()], iterations=1)
     assert {SMOOTH, RIDGE, CORNER} <= set(found.classes.tolist())
@@ -135,13 +137,13 @@ def test_without_it_the_cube_would_lose_its_ridges():
 @pytest.mark.parametrize("kind", meshes.KINDS)
 def test_the_boundary_is_left_to_the_boundary(kind):
     mesh = meshes.sheet(10, 8, kind, jitter=0.2, bump=2.0, seed=7, boundary_jitter=0.3)
-    border = np.array(reference.borders(mesh)[0]) == 1
+    kinds = np.array(reference.boundaries(mesh)[0]) == 1
     fixed, _ = loop.smooth(mesh, Umbrella(), [NullSpace()], iterations=3)
-    assert fixed[border].tobytes() == mesh.points[border].tobytes()
+    assert fixed[kinds].tobytes() == mesh.points[kinds].tobytes()
     slid, _ = loop.smooth(mesh, Umbrella(), [NullSpace(), Boundary(sliding=True)], iterations=1)
     alone, _ = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True)], iterations=1)
-    np.testing.assert_array_equal(slid[border], alone[border])
-    assert (slid != mesh.points).any(axis=1)[border].any()
+    np.testing.assert_array_equal(slid[kinds], alone[kinds])
+    assert (slid != mesh.points).any(axis=1)[kinds].any()
 
 
 @pytest.mark.parametrize("name", meshes.HOSTILE)

@@ -8,11 +8,11 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vtksmooth import LaplacianSmoothing, NullSpaceSmoothing, TrapeziumDrawing
 from vtksmooth.filters.arrays import surface_of
-from vtksmooth.kernels import loop
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 
 def points_of(polydata):

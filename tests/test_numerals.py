@@ -6,8 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from vtksmooth.files import text
-from vtksmooth.kernels import numerals
+from vtksmooth.files import numerals, text
 
 ODD = """
 9007199254740993 9007199254740992.5 4503599627370496.5 4503599627370497.5 1e23 8.5e22 0.5 -0 -0.0 +1 1. 0.1e-1

@@ -13,12 +13,15 @@ from hypothesis import strategies as st
 
 from vtksmooth import LaplacianSmoothing
 from vtksmooth.errors import Cancelled, InvalidMeshError, ParameterError
-from vtksmooth.kernels import adjacency, loop, measure, parallel
-from vtksmooth.kernels.constraints.blend import Blend
-from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
-from vtksmooth.kernels.laplacian import KINDS, Weights
-from vtksmooth.kernels.schemes import pairwise
-from vtksmooth.kernels.schemes.pairwise import Pairwise
+from vtksmooth.jit import parallel
+from vtksmooth.kernels.measures import comparison
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.smoothing.schemes import pairwise
+from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
+from vtksmooth.kernels.smoothing.weights import KINDS, Weights
 
 
 def exact_volume(mesh, points):
@@ -68,8 +71,8 @@ def test_the_volume_swept_by_open_meshes_is_nothing():
     mesh = meshes.sheet(14, 11, jitter=0.3, bump=3.0)
     box = np.prod(np.ptp(mesh.points, axis=0))
     points, report = loop.smooth(mesh, Pairwise(), iterations=20)
-    assert report.moved == (np.array(reference.borders(mesh)[0]) == 0).sum()
-    # The border stays, so what is swept is the difference of the volumes, wherever the origin is.
+    assert report.moved == (np.array(reference.boundaries(mesh)[0]) == 0).sum()
+    # The boundary stays, so what is swept is the difference of the volumes, wherever the origin is.
     swept = exact_volume(mesh, points) - exact_volume(mesh, mesh.points)
     assert abs(float(swept)) / 6 <= 1e-14 * box
     assert abs(report.swept_volume) <= 1e-13 * box
@@ -77,13 +80,13 @@ def test_the_volume_swept_by_open_meshes_is_nothing():
 
 
 def reference_border(mesh):
-    return np.array(reference.borders(mesh)[0]) != 0
+    return np.array(reference.boundaries(mesh)[0]) != 0
 
 
 def laplacians(mesh, points, kind):
-    """The matrix of L, row by row from the definitions; rows of the border are 0."""
+    """The matrix of L, row by row from the definitions; rows of the boundary are 0."""
     matrix = np.zeros((mesh.n_points, mesh.n_points))
-    kinds = reference.borders(mesh)[0]
+    kinds = reference.boundaries(mesh)[0]
     for v, ring in enumerate(reference.one_rings(mesh)):
         if kinds[v] != 0:
             continue
@@ -138,7 +141,7 @@ def test_one_sweep_like_the_definition(kind, closed):
     order = adjacency.breadth_first_order(adjacency.build(mesh))
     near = adjacency.build(adjacency.renumbered(mesh, order)[0])
     damping = np.random.default_rng(1).choice([0.0, 0.4, 1.0], mesh.n_points)
-    held = ((near.border != 0) | (damping[order] == 0)).astype(np.uint8)
+    held = ((near.kinds != 0) | (damping[order] == 0)).astype(np.uint8)
     rows = (near.ring_offsets, near.ring)
     edges = pairwise.edges_of(near, rows, held).ends
     assert len(edges) == (held[adjacency.edges(near)[0]] == 0).any(axis=1).sum()
@@ -189,7 +192,7 @@ def test_the_number_of_threads_does_not_matter():
 )
 def test_blocks_of_one_colour_do_not_touch(mesh):
     near = adjacency.build(mesh)
-    pinned = (near.border != 0).astype(np.uint8)
+    pinned = (near.kinds != 0).astype(np.uint8)
     edges = pairwise.edges_of(near, (near.ring_offsets, near.ring), pinned, block_size=16)
     rings = reference.one_rings(mesh)
     assert sum(int((ends - starts).sum()) for starts, ends in edges.blocks) == len(edges.ends)
@@ -373,7 +376,7 @@ def test_hostile_meshes_end_in_a_right_result(name):
     assert np.abs(points[used] - mesh.points[used]).max() <= 3 * size
     assert (
         abs(
-            measure.swept_volume(
+            comparison.swept_volume(
                 mesh.with_points(np.nan_to_num(mesh.points)), mesh.with_points(np.nan_to_num(points))
             )
         )
@@ -386,7 +389,7 @@ def test_voxels_that_touch_along_edges_and_in_corners_stay_there():
     cells = [*np.ndindex(3, 3, 3)]
     cells += [(3 + i, 3 + j, k) for i, j, k in cells] + [(-3 + i, -3 + j, -3 + k) for i, j, k in cells]
     mesh = meshes.voxels(cells, triangles=True)
-    kinds = np.array(reference.borders(mesh)[0])
+    kinds = np.array(reference.boundaries(mesh)[0])
     points, report = loop.smooth(mesh, Pairwise(), iterations=10)
     assert report.irregular == (kinds == 2).sum() == 4
     np.testing.assert_array_equal(points[kinds == 2], mesh.points[kinds == 2])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vtksmooth.errors import ParameterError
-from vtksmooth.kernels import parallel
+from vtksmooth.jit import parallel
 
 
 @pytest.fixture(autouse=True)

@@ -10,10 +10,11 @@ from vtksmooth import LaplacianSmoothing, ParameterError
 from vtksmooth.filters import FILTERS
 from vtksmooth.filters.laplacian_smoothing import SCHEMES
 from vtksmooth.filters.parameter import AUTO, SET
-from vtksmooth.kernels import adjacency, loop
-from vtksmooth.kernels.laplacian import KINDS, Weights
-from vtksmooth.kernels.schemes.directional import Directional
-from vtksmooth.kernels.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.schemes.directional import Directional
+from vtksmooth.kernels.smoothing.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.smoothing.weights import KINDS, Weights
 
 
 def _values_without_a_say():
@@ -79,10 +80,10 @@ def test_what_has_a_say_changes_the_result():
 
 
 def test_thin_plates_of_all_weights_are_one_operator():
-    # By its definition: p - r L(L(p)) / nu, nu = 1 + sum w_ij w_ji, L on the border taken as 0.
+    # By its definition: p - r L(L(p)) / nu, nu = 1 + sum w_ij w_ji, L on the boundary taken as 0.
     mesh = meshes.sheet(7, 6, "triangles", jitter=0.3, bump=1.0, seed=2)
     near = adjacency.build(mesh)
-    free = np.isin(near.border, (adjacency.INTERIOR,))
+    free = np.isin(near.kinds, (adjacency.INTERIOR,))
     for kind in KINDS:
         weights = Weights(kind)
         values = weights.compute(mesh.points, near)

@@ -9,8 +9,8 @@ import reference
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vtksmooth.kernels.paths import edge_distances, shortest_path
-from vtksmooth.kernels.regions import rings_of
+from vtksmooth.kernels.mesh.paths import edge_distances, shortest_path
+from vtksmooth.kernels.mesh.regions import rings_of
 
 EVERY = {**meshes.USUAL, **meshes.HOSTILE}
 

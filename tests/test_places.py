@@ -19,8 +19,8 @@ from vtksmooth import (
     SurfaceQuality,
     TrapeziumDrawing,
 )
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.places import distinct_places, join_points
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.mesh.places import distinct_places, join_points
 
 SMOOTHING = [
     TrapeziumDrawing,

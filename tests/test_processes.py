@@ -13,7 +13,7 @@ import hashlib, multiprocessing, sys
 from concurrent.futures import ProcessPoolExecutor
 import pyvista as pv
 from vtksmooth import LaplacianSmoothing
-from vtksmooth.kernels import parallel
+from vtksmooth.jit import parallel
 
 def smooth(resolution):
     parallel.set_number_of_threads(3)
@@ -46,7 +46,7 @@ FORKED = """
 import gc, os, threading
 import pyvista as pv
 from vtksmooth import LaplacianSmoothing
-from vtksmooth.kernels import parallel
+from vtksmooth.jit import parallel
 
 parallel.set_number_of_threads(3)
 mesh = pv.Sphere(theta_resolution=300, phi_resolution=300)

@@ -10,25 +10,26 @@ from hypothesis import strategies as st
 from schemes import SCHEMES
 
 from vtksmooth.errors import ParameterError
-from vtksmooth.kernels import adjacency, loop
-from vtksmooth.kernels.constraints.back_to_surface import BackToSurface
-from vtksmooth.kernels.constraints.blend import Blend
-from vtksmooth.kernels.constraints.boundary import Boundary
-from vtksmooth.kernels.constraints.containment import Containment
-from vtksmooth.kernels.constraints.creases import Creases
-from vtksmooth.kernels.constraints.curvature_bound import CurvatureBound
-from vtksmooth.kernels.constraints.deviation_bound import DeviationBound
-from vtksmooth.kernels.constraints.displacement_bound import DisplacementBound
-from vtksmooth.kernels.constraints.features import FeatureLines
-from vtksmooth.kernels.constraints.fixed import Fixed
-from vtksmooth.kernels.constraints.gate import Gate
-from vtksmooth.kernels.constraints.local_volume import LocalVolume
-from vtksmooth.kernels.constraints.no_inversion import NoInversion
-from vtksmooth.kernels.constraints.null_space import NullSpace
-from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.pairwise import Pairwise
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.back_to_surface import BackToSurface
+from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
+from vtksmooth.kernels.smoothing.constraints.containment import Containment
+from vtksmooth.kernels.smoothing.constraints.creases import Creases
+from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.displacement_bound import DisplacementBound
+from vtksmooth.kernels.smoothing.constraints.feature_lines import FeatureLines
+from vtksmooth.kernels.smoothing.constraints.fixed import Fixed
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
+from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
 
 
 def space_round(mesh):

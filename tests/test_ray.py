@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.ray import first_hit
+from vtksmooth.kernels.distance.ray import first_hit
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def cube():

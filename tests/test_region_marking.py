@@ -25,8 +25,8 @@ from vtksmooth.filters import (
 )
 from vtksmooth.filters.arrays import vtk_array
 from vtksmooth.filters.point_lists import format_lines, format_points, parse_lines, parse_points
-from vtksmooth.kernels.paths import edge_distances, shortest_path
-from vtksmooth.kernels.regions import blend_weights, grown, rings_of
+from vtksmooth.kernels.mesh.paths import edge_distances, shortest_path
+from vtksmooth.kernels.mesh.regions import blend_weights, grown, rings_of
 
 SMOOTHING = [cls for cls in FILTERS if issubclass(cls, SmoothingFilter) and len(cls.inputs) == 1]
 

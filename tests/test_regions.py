@@ -7,8 +7,8 @@ import reference
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vtksmooth.kernels import adjacency
-from vtksmooth.kernels.regions import (
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.regions import (
     blend_weights,
     components,
     grown,

@@ -49,7 +49,7 @@ def test_the_flow_volume(case):
     assert (count[3:] > 0).all()
     assert sides(sim)[1] == 0
     mesh = surface_of(sim).mesh
-    kinds = np.array(reference.borders(mesh)[0])
+    kinds = np.array(reference.boundaries(mesh)[0])
     ends = np.isin(sim.points[:, 0], (0, 46)) & (kinds == 1)
     assert set(kinds) == {0, 1}
     np.testing.assert_array_equal(kinds == 1, ends)

@@ -4,21 +4,22 @@ import pytest
 import reference
 from schemes import SCHEMES
 
-from vtksmooth.kernels import adjacency, loop
-from vtksmooth.kernels.constraints.tangent_plane import TangentPlane
-from vtksmooth.kernels.laplacian import Weights
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.schemes.angle_based import AngleBased
-from vtksmooth.kernels.schemes.angle_weighted import AngleWeighted
-from vtksmooth.kernels.schemes.area_weighted import AreaWeighted
-from vtksmooth.kernels.schemes.cotangent import Cotangent
-from vtksmooth.kernels.schemes.equilateral import Equilateral
-from vtksmooth.kernels.schemes.optimal_delaunay import OptimalDelaunay
-from vtksmooth.kernels.schemes.scale_dependent import ScaleDependent
-from vtksmooth.kernels.schemes.taubin import LARGEST_GAIN, DirectionalTaubin, Steps, Taubin
-from vtksmooth.kernels.schemes.thin_plate import ThinPlate
-from vtksmooth.kernels.schemes.trapezium import TrapeziumDrawing
-from vtksmooth.kernels.schemes.umbrella import Umbrella
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.smoothing.schemes.angle_based import AngleBased
+from vtksmooth.kernels.smoothing.schemes.angle_weighted import AngleWeighted
+from vtksmooth.kernels.smoothing.schemes.area_weighted import AreaWeighted
+from vtksmooth.kernels.smoothing.schemes.cotangent import Cotangent
+from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
+from vtksmooth.kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
+from vtksmooth.kernels.smoothing.schemes.scale_dependent import ScaleDependent
+from vtksmooth.kernels.smoothing.schemes.taubin import LARGEST_GAIN, DirectionalTaubin, Steps, Taubin
+from vtksmooth.kernels.smoothing.schemes.thin_plate import ThinPlate
+from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
+from vtksmooth.kernels.smoothing.weights import Weights
 
 SURFACES = [
     "sheet of triangles",
@@ -37,7 +38,7 @@ def one_pass(mesh, scheme, iterations=1):
 
 def by_vertex(mesh, propose):
     """All interior vertices moved at once to where ``propose(v)`` says."""
-    kinds, _ = reference.borders(mesh)
+    kinds, _ = reference.boundaries(mesh)
     return np.array([propose(v) if kinds[v] == 0 else mesh.points[v] for v in range(mesh.n_points)])
 
 
@@ -69,7 +70,7 @@ def test_cotangent(mesh):
 
 
 def test_thin_plate(mesh):
-    rings, (kinds, _) = rows(reference.one_rings(mesh)), reference.borders(mesh)
+    rings, (kinds, _) = rows(reference.one_rings(mesh)), reference.boundaries(mesh)
     expected = by_vertex(mesh, lambda v: reference.thin_plate(mesh.points, rings, kinds, v, 0.4))
     np.testing.assert_allclose(one_pass(mesh, ThinPlate(0.4)), expected, atol=1e-14)
 

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 
-from vtksmooth.kernels.shortest import table_lines
+from vtksmooth.files.shortest import table_lines
 
 
 def _numbers(count):

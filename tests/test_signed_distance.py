@@ -8,7 +8,7 @@ import pytest
 
 from vtksmooth import InvalidMeshError
 from vtksmooth.filters.signed_distance import SignedDistance, check_sizes
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 
 def box_distance(points, low, high):

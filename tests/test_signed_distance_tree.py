@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 
 
 def spiky(points=60, seed=0):
@@ -80,7 +80,7 @@ def test_points_on_the_surface_have_no_distance():
 
 
 def test_threads_do_not_matter():
-    from vtksmooth.kernels.parallel import set_number_of_threads
+    from vtksmooth.jit.parallel import set_number_of_threads
 
     tree = SignedDistanceTree(meshes.torus(12, 8))
     points = np.random.default_rng(0).normal(size=(20_000, 3)) * 3

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import reference
 
-from vtksmooth.kernels import adjacency, measure, swept_volume
+from vtksmooth.kernels.measures import comparison, swept_volume
+from vtksmooth.kernels.mesh import adjacency
 
 #: Abscissae and weights of Gauss' rule on [0, 1], exact for what is cubic in time.
 TIMES, WEIGHTS = (np.polynomial.legendre.leggauss(2)[0] + 1) / 2, np.array([0.5, 0.5])
@@ -40,7 +41,7 @@ def shares(before, after, faces):
 def swept(mesh, after):
     result = np.empty(len(mesh.connectivity))
     ends = np.array([mesh.n_faces])
-    measure._swept_volumes(
+    comparison._swept_volumes(
         np.zeros(1, int), ends, mesh.points, after, mesh.offsets, mesh.connectivity, result
     )
     return result

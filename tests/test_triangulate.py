@@ -7,10 +7,10 @@ import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import vtksmooth.kernels.triangulate as module
+import vtksmooth.kernels.mesh.triangulate as module
 from vtksmooth.errors import InvalidMeshError
-from vtksmooth.kernels.mesh import Mesh
-from vtksmooth.kernels.triangulate import triangulate
+from vtksmooth.kernels.mesh.mesh import Mesh
+from vtksmooth.kernels.mesh.triangulate import triangulate
 
 
 def check(mesh, thinnest=1e-12):
@@ -49,7 +49,7 @@ def valences(triangles, n):
 
 def defects(triangles, mesh):
     """The sum of equation (1), and that of its squares."""
-    kinds = np.array(reference.borders(Mesh.from_faces(mesh.points, triangles.tolist()))[0])
+    kinds = np.array(reference.boundaries(Mesh.from_faces(mesh.points, triangles.tolist()))[0])
     wanted = np.where(kinds == 1, 4, 6)[kinds != 3]
     excess = valences(triangles, mesh.n_points)[kinds != 3] - wanted
     return np.abs(excess).sum(), (excess**2).sum()

@@ -12,7 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkStripper, vtkTriangleFilter
 
 from vtksmooth import InvalidMeshError, ValenceTriangulation
 from vtksmooth.filters.arrays import cells_of, points_of, surface_of
-from vtksmooth.kernels.triangulate import triangulate
+from vtksmooth.kernels.mesh.triangulate import triangulate
 
 
 def with_data(source):

@@ -7,11 +7,14 @@ import sys
 _MISSED = """
 import importlib, json, pkgutil
 from numba.core.dispatcher import Dispatcher
-from vtksmooth import kernels, warm_up
+import vtksmooth
+from vtksmooth import warm_up
 
 warm_up.run()
 kernels_found, called = {}, set()
-for info in pkgutil.walk_packages(kernels.__path__, kernels.__name__ + "."):
+for info in pkgutil.walk_packages(vtksmooth.__path__, "vtksmooth."):
+    if info.name.startswith(("vtksmooth.paraview", "vtksmooth.__main__")):
+        continue
     module = importlib.import_module(info.name)
     for name, found in vars(module).items():
         if isinstance(found, Dispatcher) and found.py_func.__module__ == info.name:

@@ -4,7 +4,7 @@ import meshes
 import numpy as np
 import pytest
 
-from vtksmooth.kernels.winding_number import WindingNumber
+from vtksmooth.kernels.distance.winding_number import WindingNumber
 
 
 def triangles(mesh):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         TrapeziumDrawing,
         ValenceTriangulation,
     )
-    from .kernels.parallel import number_of_threads, set_number_of_threads
+    from .jit.parallel import number_of_threads, set_number_of_threads
     from .recipe import Recipe, Step
 
 __version__ = version("vtksmooth")
@@ -36,8 +36,8 @@ __version__ = version("vtksmooth")
 _HOMES = {
     "Recipe": "vtksmooth.recipe",
     "Step": "vtksmooth.recipe",
-    "number_of_threads": "vtksmooth.kernels.parallel",
-    "set_number_of_threads": "vtksmooth.kernels.parallel",
+    "number_of_threads": "vtksmooth.jit.parallel",
+    "set_number_of_threads": "vtksmooth.jit.parallel",
 }
 
 __all__ = [

@@ -378,8 +378,8 @@ class _Run:
 
     def execute(self) -> int:
         """Run the command; return the exit code."""
-        from .kernels.compiled import on_compile
-        from .kernels.parallel import set_number_of_threads
+        from .jit.compiled import on_compile
+        from .jit.parallel import set_number_of_threads
 
         set_number_of_threads(self.options.threads)
         command = self.options.command

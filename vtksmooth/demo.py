@@ -23,8 +23,8 @@ from pyvista import examples
 
 from .files import make_folder, read_surface, write_surface
 from .filters import SurfaceComparison, SurfaceQuality, TrapeziumDrawing
-from .kernels.compiled import on_compile
-from .kernels.quality import BINS
+from .jit.compiled import on_compile
+from .kernels.measures.aspect_ratio import BINS
 from .pages import pictures, tables
 from .pages.pictures import COLOURS, INVERTED, NoPicturesError, Picture, camera_of
 

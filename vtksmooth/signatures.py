@@ -13,7 +13,7 @@ from typing import Any
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from .filters import FILTERS
-from .kernels.compile_ahead import PATH, noted
+from .jit.compile_ahead import PATH, noted
 from .warm_up import bump, space_over
 
 #: The side of the mesh, in points.

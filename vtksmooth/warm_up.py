@@ -12,14 +12,16 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
+from .files import numerals
 from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
-from .kernels import adjacency, numerals, paths, regions, screen
-from .kernels.compile_ahead import compiling_ahead
-from .kernels.compiled import on_compile
-from .kernels.mesh import Mesh
-from .kernels.ray import first_hit
+from .jit.compile_ahead import compiling_ahead
+from .jit.compiled import on_compile
+from .kernels.distance import visibility
+from .kernels.distance.ray import first_hit
+from .kernels.mesh import adjacency, paths, regions
+from .kernels.mesh.mesh import Mesh
 
 
 def bump(size: int, kind: str) -> vtkPolyData:
@@ -136,10 +138,10 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
 def _pick(mesh: Mesh) -> None:
     """Do what the tools of the desktop app do with the mouse."""
     first_hit(mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
-    places = screen.project(mesh.points, np.eye(4), (0.0, 0.0, 9.0, 9.0))
-    seen = screen.seen(places, np.ones((9, 9), np.float32))
-    screen.add_stroke(places, seen, (0.0, 0.0), (9.0, 9.0), 2.0, np.zeros_like(seen))
-    screen.inside_outline(places, seen, [[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
+    places = visibility.project(mesh.points, np.eye(4), (0.0, 0.0, 9.0, 9.0))
+    seen = visibility.seen(places, np.ones((9, 9), np.float32))
+    visibility.add_stroke(places, seen, (0.0, 0.0), (9.0, 9.0), 2.0, np.zeros_like(seen))
+    visibility.inside_outline(places, seen, [[0.0, 0.0], [9.0, 0.0], [0.0, 9.0]])
     regions.components(mesh)
     regions.patches(adjacency.build(mesh), np.empty((0, 2), np.int32))
     regions.marked_faces(mesh, seen)
@@ -147,7 +149,7 @@ def _pick(mesh: Mesh) -> None:
 
 
 def run(progress: Callable[[float, str], None] | None = None) -> int:
-    """Run all schemes, constraints, measures and picking on small meshes, so that all kernels are compiled.
+    """Run all schemes, constraints, measures and views on small meshes, so that all kernels are compiled.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Qt, QThreadPool, QTimer, Signal, Slot
 
 from vtksmooth.errors import Cancelled
-from vtksmooth.kernels.compiled import on_compile
+from vtksmooth.jit.compiled import on_compile
 
 #: What a job does: it is given its context and returns its result.
 Work = Callable[["Context"], Any]

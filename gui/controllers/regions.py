@@ -14,8 +14,9 @@ from PySide6.QtGui import QAction, QKeySequence, QShortcut
 
 from vtksmooth.filters import RegionMarking
 from vtksmooth.filters.point_lists import format_lines, format_points
-from vtksmooth.kernels import adjacency, paths, screen
-from vtksmooth.kernels import regions as kernels
+from vtksmooth.kernels.distance import visibility
+from vtksmooth.kernels.mesh import adjacency, paths
+from vtksmooth.kernels.mesh import regions as kernels
 from vtksmooth.pages.page import said
 
 from ..model import numbers, overlays, picking, regions
@@ -232,8 +233,8 @@ class Regions(QObject):
         if self._look is None or self._look.key != key:
             depths = view.depths()
             matrix, viewport = view.projection()  # of the frame that has just been drawn
-            places = screen.project(points, matrix, viewport)
-            seen = screen.seen(places, depths)
+            places = visibility.project(points, matrix, viewport)
+            seen = visibility.seen(places, depths)
             allowed = np.isfinite(places[:, 2]) if through else seen
             if view.mode in (SPLIT, SWIPE):
                 edge = viewport[0] + (view.swipe_at * viewport[2] if view.mode == SWIPE else 0.0)
@@ -266,7 +267,7 @@ class Regions(QObject):
         place = self._view.pixel(at.x(), at.y())
         radius = self.pen.radius * self._view.plotter.interactor.devicePixelRatioF()
         look = self._look
-        if screen.add_stroke(look.places, look.allowed, self._from, place, radius, self._stroke):
+        if visibility.add_stroke(look.places, look.allowed, self._from, place, radius, self._stroke):
             self._timer.start()
         self._from = place
 
@@ -302,7 +303,7 @@ class Regions(QObject):
         if look is None:
             return
         corners = [self._view.pixel(at.x(), at.y()) for at in outline]
-        chosen = screen.inside_outline(look.places, look.allowed, corners)
+        chosen = visibility.inside_outline(look.places, look.allowed, corners)
         self._mark_points("Lasso", np.flatnonzero(chosen), self._freeing(opposite))
 
     # -- clicking ----------------------------------------------------------------------------------

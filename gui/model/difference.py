@@ -10,8 +10,8 @@ import numpy.typing as npt
 from vtksmooth.errors import InvalidMeshError
 from vtksmooth.filters.arrays import points_of
 from vtksmooth.filters.signed_distance import SignedDistance
-from vtksmooth.kernels.closest_point import ClosestPoint
-from vtksmooth.kernels.mesh import Mesh
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 from .state import State
 

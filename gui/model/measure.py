@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vtksmooth.errors import InvalidMeshError
-from vtksmooth.kernels.fitting import fit_cylinder, fit_sphere
+from vtksmooth.kernels.measures.fitting import fit_cylinder, fit_sphere
 
 from .layer import Layer
 from .state import State

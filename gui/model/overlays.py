@@ -13,7 +13,8 @@ from vtkmodules.vtkFiltersGeneral import vtkCurvatures
 from vtksmooth.filters import FILTERS, Filter, SurfaceComparison, SurfaceQuality
 from vtksmooth.filters.smoothing import ADDED_EDGES, REMOVED_EDGES
 from vtksmooth.filters.surface_quality import faces_with_area, summary_of
-from vtksmooth.kernels import adjacency, quality
+from vtksmooth.kernels.measures import aspect_ratio
+from vtksmooth.kernels.mesh import adjacency
 
 from .difference import difference
 from .field import Field, Values
@@ -238,8 +239,8 @@ def _quality(subject: Subject, run: Run) -> dict[str, Field]:
     assert state.surface is not None
     assert before.surface is not None
     mesh = state.surface.mesh
-    k = quality.aspect_ratios(
-        mesh, quality.reference_directions(mesh.with_points(before.surface.mesh.points))
+    k = aspect_ratio.aspect_ratios(
+        mesh, aspect_ratio.reference_directions(mesh.with_points(before.surface.mesh.points))
     )
     state.summaries["quality", before] = summary_of(
         state.surface, adjacency.build(mesh), faces_with_area(mesh, k)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vtksmooth.kernels.ray import first_hit
+from vtksmooth.kernels.distance.ray import first_hit
 
 from .field import Field
 from .state import State

@@ -13,7 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtksmooth.errors import InvalidMeshError
 from vtksmooth.filters.arrays import cells_of, edge_array, point_array, vtk_cells
 from vtksmooth.filters.smoothing import ADDED_EDGES, BLEND_WEIGHT, FIXED, REMOVED_EDGES
-from vtksmooth.kernels.regions import marked_faces
+from vtksmooth.kernels.mesh.regions import marked_faces
 
 from .field import Field
 from .selection import faces_as_mesh

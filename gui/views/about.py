@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vtksmooth.kernels.parallel import number_of_threads
+from vtksmooth.jit.parallel import number_of_threads
 
 _PACKAGES = ("vtksmooth", "vtk", "pyvista", "pyvistaqt", "PySide6-Essentials", "pyqtgraph", "numpy", "numba")
 

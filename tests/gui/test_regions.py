@@ -13,8 +13,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtksmooth.files import read_surface
 from vtksmooth.filters import FeatureDetection, LaplacianSmoothing, RegionMarking, TrapeziumDrawing
 from vtksmooth.filters.point_lists import format_points
-from vtksmooth.kernels.paths import shortest_path
-from vtksmooth.kernels.regions import components, grown, rings_of, shrunk
+from vtksmooth.kernels.mesh.paths import shortest_path
+from vtksmooth.kernels.mesh.regions import components, grown, rings_of, shrunk
 
 
 def points(mesh):

@@ -73,7 +73,7 @@ def _parsed(text: Text) -> tuple[npt.NDArray[np.float64], Ints] | None:
     """Return the numbers of a text, and how many each line holds; None when something else is among them."""
     if len(text) >= _LARGE:
         # NumPy is slower, but there is nothing to be compiled before.
-        from ..kernels.numerals import parsed
+        from .numerals import parsed
 
         return parsed(text)
     codes = np.frombuffer(text, np.uint8)
@@ -152,7 +152,7 @@ def corner_numbers(text: Text) -> tuple[Ints, Ints] | None:
     """
     if len(text) < _LARGE:
         return None
-    from ..kernels.corners import read
+    from .corners import read
 
     return read(text)
 
@@ -236,7 +236,7 @@ class Lines:
 def write_table(file: IO[bytes], word: str, table: npt.NDArray[Any]) -> None:
     """Write a line for each row of a table, a word and the numbers, which read back the same."""
     if table.size >= _MANY and table.dtype.kind == "f":
-        from ..kernels.shortest import table_lines
+        from .shortest import table_lines
 
         for a in range(0, len(table), _AT_ONCE):
             file.write(table_lines(word.encode(), table[a : a + _AT_ONCE]).data)
@@ -272,7 +272,7 @@ def write_elements(
         file.write(before.get(a, "").encode())
         part = sizes[a:b], corners[begins[a] : begins[b]]
         if large:
-            from ..kernels.corners import write
+            from .corners import write
 
             file.write(write(word.encode(), *part).data)
         else:

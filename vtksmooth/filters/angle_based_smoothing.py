@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.angle_based import AngleBased
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.angle_based import AngleBased
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
 

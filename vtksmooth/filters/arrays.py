@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkCellData, vtkFieldData, vtkPolyData
 
 from ..errors import InvalidMeshError, ParameterError
-from ..kernels.mesh import Mesh
+from ..kernels.mesh.mesh import Mesh
 
 Int = npt.NDArray[np.integer[Any]]
 
@@ -70,7 +70,7 @@ def surface_of(polydata: Any) -> Surface:
     Raises
     ------
     InvalidMeshError
-        See :meth:`~vtksmooth.kernels.mesh.Mesh.from_arrays`.
+        See :meth:`~vtksmooth.kernels.mesh.mesh.Mesh.from_arrays`.
     """
     offsets, corners = cells_of(polydata.GetPolys())
     before = polydata.GetNumberOfVerts() + polydata.GetNumberOfLines()

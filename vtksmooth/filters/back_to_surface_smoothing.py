@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.umbrella import Umbrella
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.umbrella import Umbrella
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
 

@@ -20,7 +20,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
-from ..kernels.compile_ahead import compiling_ahead
+from ..jit.compile_ahead import compiling_ahead
 from . import interruption
 from .arrays import points_of, vtk_array
 from .normals import renew

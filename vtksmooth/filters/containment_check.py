@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels.crossings import crossing_triangles
-from ..kernels.mesh import LARGEST_COORDINATE
-from ..kernels.triangulate import triangulate
+from ..kernels.containment.crossings import crossing_triangles
+from ..kernels.mesh.mesh import LARGEST_COORDINATE
+from ..kernels.mesh.triangulate import triangulate
 from .arrays import output_like, vtk_array
 from .base import Filter, add_field
 from .parameter import Parameter

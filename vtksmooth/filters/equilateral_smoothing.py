@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.equilateral import Equilateral
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.equilateral import Equilateral
 from .parameter import CONSTRAINTS, Parameter
 from .smoothing import SmoothingFilter
 

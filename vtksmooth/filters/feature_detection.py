@@ -8,9 +8,10 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels import adjacency, features, metric_tensor
-from ..kernels.feature_edges import edited
-from ..kernels.mesh import Mesh
+from ..kernels.features import detection, metric_tensor
+from ..kernels.features.edits import edited
+from ..kernels.mesh import adjacency
+from ..kernels.mesh.mesh import Mesh
 from .arrays import cells_of, output_like, points_of, surface_of, vtk_array, vtk_cells, vtk_points
 from .base import Filter, add_field
 from .parameter import Parameter
@@ -64,15 +65,15 @@ class FeatureDetection(Filter):
     command = "features"
     outputs = ("mesh", "lines")
     clean = True
-    #: Ghost cells are seen, so that classes on the border between pieces are the same in each.
+    #: Ghost cells are seen, so that classes on the boundary between pieces are the same in each.
     skipped = HIDDEN
 
     ridge_angle = Parameter(
-        features.AUTO, "Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise.",
+        detection.AUTO, "Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float,
     )  # fmt: skip
     corner_angle = Parameter(
-        features.AUTO,
+        detection.AUTO,
         "Turning angle above which a tip is a corner, on boundaries their own; auto: 35, or more amid noise.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float,
     )  # fmt: skip
@@ -109,7 +110,7 @@ class FeatureDetection(Filter):
         mesh = surface_of(source).mesh
         near = adjacency.build(mesh)
         self.progress(0.2, "finding features")
-        found = features.detect(
+        found = detection.detect(
             mesh, near,
             ridge_angle=self.ridge_angle, corner_angle=self.corner_angle,
             weight=self.weight, denoise=self.denoise,
@@ -150,9 +151,9 @@ class FeatureDetection(Filter):
         return output, lines
 
 
-def _lines(mesh: Mesh, found: features.Features, points: np.ndarray) -> tuple[vtkPolyData, Any, Any]:
+def _lines(mesh: Mesh, found: detection.Features, points: np.ndarray) -> tuple[vtkPolyData, Any, Any]:
     """Return the ridge lines as polydata, their kinds and their lengths."""
-    offsets, along, kinds = features.lines(found)
+    offsets, along, kinds = detection.lines(found)
     ids, places = np.unique(along, return_inverse=True)
     steps = np.linalg.norm(np.diff(mesh.points[along], axis=0), axis=1)
     steps[offsets[1:-1] - 1] = 0.0  # from one line to the next

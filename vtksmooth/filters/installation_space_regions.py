@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels.mesh import Mesh
-from ..kernels.regions import blend_weights
-from ..kernels.signed_distance import SignedDistanceTree
+from ..kernels.distance.signed_distance import SignedDistanceTree
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.mesh.regions import blend_weights
 from .arrays import output_like, vtk_array
 from .base import Filter
 from .parameter import Parameter

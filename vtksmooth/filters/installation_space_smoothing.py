@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels.constraints import Constraint
-from ..kernels.constraints.blend import Blend
-from ..kernels.constraints.containment import Containment
-from ..kernels.constraints.curvature_bound import CurvatureBound
-from ..kernels.crossings import crossing_triangles
-from ..kernels.mesh import Mesh
-from ..kernels.signed_distance import SignedDistanceTree
+from ..kernels.containment.crossings import crossing_triangles
+from ..kernels.distance.signed_distance import SignedDistanceTree
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.smoothing.constraints import Constraint
+from ..kernels.smoothing.constraints.blend import Blend
+from ..kernels.smoothing.constraints.containment import Containment
+from ..kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from ..report import InstallationSpaceReport
 from .arrays import output_like, surface_of, vtk_array
 from .base import add_field

@@ -8,19 +8,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..kernels.laplacian import KINDS, Weights
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.angle_weighted import AngleWeighted
-from ..kernels.schemes.area_weighted import AreaWeighted
-from ..kernels.schemes.cotangent import Cotangent
-from ..kernels.schemes.directional import Directional
-from ..kernels.schemes.implicit import Implicit
-from ..kernels.schemes.optimal_delaunay import OptimalDelaunay
-from ..kernels.schemes.pairwise import Pairwise
-from ..kernels.schemes.scale_dependent import ScaleDependent
-from ..kernels.schemes.taubin import DirectionalTaubin, Taubin
-from ..kernels.schemes.thin_plate import ThinPlate
-from ..kernels.schemes.umbrella import Umbrella
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.angle_weighted import AngleWeighted
+from ..kernels.smoothing.schemes.area_weighted import AreaWeighted
+from ..kernels.smoothing.schemes.cotangent import Cotangent
+from ..kernels.smoothing.schemes.directional import Directional
+from ..kernels.smoothing.schemes.implicit import Implicit
+from ..kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
+from ..kernels.smoothing.schemes.pairwise import Pairwise
+from ..kernels.smoothing.schemes.scale_dependent import ScaleDependent
+from ..kernels.smoothing.schemes.taubin import DirectionalTaubin, Taubin
+from ..kernels.smoothing.schemes.thin_plate import ThinPlate
+from ..kernels.smoothing.schemes.umbrella import Umbrella
+from ..kernels.smoothing.weights import KINDS, Weights
 from .arrays import vectors_at_points
 from .parameter import CONSTRAINTS, SET, Parameter
 from .places import Merge

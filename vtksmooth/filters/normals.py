@@ -12,8 +12,8 @@ import numpy.typing as npt
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT
 
-from ..kernels.places import distinct_places
-from ..kernels.quality import area_vectors
+from ..kernels.measures.aspect_ratio import area_vectors
+from ..kernels.mesh.places import distinct_places
 from .arrays import Surface, points_of, surface_of, vtk_array
 
 Float64 = npt.NDArray[np.float64]

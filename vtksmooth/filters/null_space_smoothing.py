@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.angle_based import AngleBased
-from ..kernels.schemes.angle_weighted import AngleWeighted
-from ..kernels.schemes.area_weighted import AreaWeighted
-from ..kernels.schemes.cotangent import Cotangent
-from ..kernels.schemes.equilateral import Equilateral
-from ..kernels.schemes.optimal_delaunay import OptimalDelaunay
-from ..kernels.schemes.scale_dependent import ScaleDependent
-from ..kernels.schemes.taubin import Taubin
-from ..kernels.schemes.thin_plate import ThinPlate
-from ..kernels.schemes.trapezium import TrapeziumDrawing
-from ..kernels.schemes.umbrella import Umbrella
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.angle_based import AngleBased
+from ..kernels.smoothing.schemes.angle_weighted import AngleWeighted
+from ..kernels.smoothing.schemes.area_weighted import AreaWeighted
+from ..kernels.smoothing.schemes.cotangent import Cotangent
+from ..kernels.smoothing.schemes.equilateral import Equilateral
+from ..kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
+from ..kernels.smoothing.schemes.scale_dependent import ScaleDependent
+from ..kernels.smoothing.schemes.taubin import Taubin
+from ..kernels.smoothing.schemes.thin_plate import ThinPlate
+from ..kernels.smoothing.schemes.trapezium import TrapeziumDrawing
+from ..kernels.smoothing.schemes.umbrella import Umbrella
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
 

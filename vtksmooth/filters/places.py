@@ -18,8 +18,8 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
 from ..errors import Cancelled, InvalidMeshError, VtksmoothError
-from ..kernels.mesh import Mesh
-from ..kernels.places import distinct_places, join_points
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.mesh.places import distinct_places, join_points
 from .arrays import (
     Surface,
     edge_array,
@@ -89,7 +89,7 @@ class Joined:
         Number of the first point of each block, and the number of all points.
     pinned : (p,) bool
         Points of the polydata that must not move: those of ghosts, and several ones in one place, see
-        :class:`~vtksmooth.kernels.places.Joint`.
+        :class:`~vtksmooth.kernels.mesh.places.Joint`.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class Joined:
         ----------
         clean : bool
             Leave out faces without area and those that cover another one, and keep points apart where the
-            faces there are no surface, see :func:`~vtksmooth.kernels.places.join_points`.
+            faces there are no surface, see :func:`~vtksmooth.kernels.mesh.places.join_points`.
         skipped : int
             Bits of the ghost cells that are left out.
         """

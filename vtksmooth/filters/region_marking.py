@@ -10,10 +10,10 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..errors import InvalidMeshError, ParameterError
-from ..kernels.feature_edges import check_edges
-from ..kernels.mesh import Mesh
-from ..kernels.paths import edge_distances
-from ..kernels.regions import Rings, blend_weights, edge_numbers, grown, rings_of, shrunk
+from ..kernels.features.edits import check_edges
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.mesh.paths import edge_distances
+from ..kernels.mesh.regions import Rings, blend_weights, edge_numbers, grown, rings_of, shrunk
 from .arrays import edge_array, output_like, point_array, surface_of, vtk_array
 from .base import Filter
 from .parameter import Parameter

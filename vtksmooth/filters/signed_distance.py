@@ -14,13 +14,13 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkImplicitPolyDataDistance
 
 from ..errors import InvalidMeshError
-from ..kernels.arrangement import arrange
-from ..kernels.closest_point import ClosestPoint
-from ..kernels.hole_filling import lid, rims
-from ..kernels.mesh import Mesh
-from ..kernels.signed_distance import SignedDistanceTree
-from ..kernels.triangulate import triangulate
-from ..kernels.winding_number import WindingNumber
+from ..kernels.containment.arrangement import arrange
+from ..kernels.distance.closest_point import ClosestPoint
+from ..kernels.distance.signed_distance import SignedDistanceTree
+from ..kernels.distance.winding_number import WindingNumber
+from ..kernels.mesh.hole_filling import lid, rims
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.mesh.triangulate import triangulate
 from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
@@ -97,10 +97,10 @@ class SignedDistance:
             if beside is not None:
                 self.origin = common_origin(surface, beside)
             polygons = _merged(relative(surface, self.origin))
-            borders, clashes, crowded = _edges(polygons)
+            boundaries, clashes, crowded = _edges(polygons)
             if crowded:
                 polygons = _without_double_walls(polygons)
-                borders, clashes, _ = _edges(polygons)
+                boundaries, clashes, _ = _edges(polygons)
             triangles, _ = triangulate(polygons)
         except InvalidMeshError as error:
             raise InvalidMeshError(f"The {name} is no usable surface: {error}") from error
@@ -110,18 +110,18 @@ class SignedDistance:
                 f"{clashes} edges of the {name} join faces that are turned against each other or "
                 "doubled; clean it and orient its faces so that all normals point outwards."
             )
-        self.closed = not len(borders)
+        self.closed = not len(boundaries)
         least = 1e-12 * mesh.diagonal**3
-        self.turned = _enclosed_volume(mesh, borders) < -least
+        self.turned = _enclosed_volume(mesh, boundaries) < -least
         if self.turned:
             self.notes.append(f"The {name} is inside out: it was turned.")
-            mesh, borders = _turned(mesh), borders[:, ::-1]
+            mesh, boundaries = _turned(mesh), boundaries[:, ::-1]
         if not self.closed:
-            openings = rims(borders[:, ::-1])
+            openings = rims(boundaries[:, ::-1])
             lids = [lid(mesh.points, rim) for rim in openings]
             mesh = Mesh.from_faces(mesh.points, np.concatenate((mesh.connectivity.reshape(-1, 3), *lids)))
             self.notes.append(
-                f"The {name} is open ({len(borders)} boundary edges): {len(openings)} "
+                f"The {name} is open ({len(boundaries)} boundary edges): {len(openings)} "
                 + (
                     "lid closes it, and counts as a wall."
                     if len(openings) == 1
@@ -327,8 +327,8 @@ def _edges(mesh: Mesh) -> tuple[npt.NDArray[np.int64], int, int]:
     keys = np.minimum(start, end) * mesh.n_points + np.maximum(start, end)
     _, edge, count = np.unique(keys, return_inverse=True, return_counts=True)
     balance = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
-    borders = np.column_stack((start, end))[count[edge] == 1]
-    return borders, int(((count > 1) & (balance != 0.0)).sum()), int((count > 2).sum())
+    boundaries = np.column_stack((start, end))[count[edge] == 1]
+    return boundaries, int(((count > 1) & (balance != 0.0)).sum()), int((count > 2).sum())
 
 
 def _without_double_walls(mesh: Mesh) -> Mesh:
@@ -350,9 +350,9 @@ def _without_double_walls(mesh: Mesh) -> Mesh:
     return Mesh.from_arrays(mesh.points, offsets, mesh.connectivity[np.repeat(kept, mesh.face_sizes)])
 
 
-def _enclosed_volume(mesh: Mesh, borders: npt.ArrayLike = ()) -> float:
-    """Return the signed volume; of an open surface with its holes closed by cones to the borders' middle."""
-    rim = np.asarray(borders, np.int64).ravel()
+def _enclosed_volume(mesh: Mesh, boundaries: npt.ArrayLike = ()) -> float:
+    """Return the signed volume; of an open surface with its holes closed by cones to the rims' middle."""
+    rim = np.asarray(boundaries, np.int64).ravel()
     middle = mesh.points[rim if len(rim) else mesh.connectivity].mean(axis=0)
     a, b, c = (mesh.points[mesh.connectivity[i::3]] - middle for i in range(3))
     return float(np.einsum("ij,ij", a, np.cross(b, c)) / 6.0)

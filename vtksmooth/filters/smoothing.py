@@ -10,24 +10,26 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..errors import InvalidMeshError, ParameterError, VtksmoothError
-from ..kernels import adjacency, loop, measure
-from ..kernels.adjacency import Adjacency
-from ..kernels.constraints import Constraint
-from ..kernels.constraints.back_to_surface import BackToSurface
-from ..kernels.constraints.blend import Blend
-from ..kernels.constraints.boundary import Boundary
-from ..kernels.constraints.creases import Creases
-from ..kernels.constraints.deviation_bound import DeviationBound
-from ..kernels.constraints.features import FeatureLines
-from ..kernels.constraints.gate import Gate
-from ..kernels.constraints.local_volume import LocalVolume
-from ..kernels.constraints.no_inversion import NoInversion
-from ..kernels.constraints.null_space import NullSpace
-from ..kernels.constraints.tangent_plane import TangentPlane
-from ..kernels.feature_edges import edited
-from ..kernels.features import Features, detect
-from ..kernels.mesh import Mesh
-from ..kernels.schemes import Scheme
+from ..kernels.features.detection import Features, detect
+from ..kernels.features.edits import edited
+from ..kernels.measures import comparison
+from ..kernels.mesh import adjacency
+from ..kernels.mesh.adjacency import Adjacency
+from ..kernels.mesh.mesh import Mesh
+from ..kernels.smoothing import loop
+from ..kernels.smoothing.constraints import Constraint
+from ..kernels.smoothing.constraints.back_to_surface import BackToSurface
+from ..kernels.smoothing.constraints.blend import Blend
+from ..kernels.smoothing.constraints.boundary import Boundary
+from ..kernels.smoothing.constraints.creases import Creases
+from ..kernels.smoothing.constraints.deviation_bound import DeviationBound
+from ..kernels.smoothing.constraints.feature_lines import FeatureLines
+from ..kernels.smoothing.constraints.gate import Gate
+from ..kernels.smoothing.constraints.local_volume import LocalVolume
+from ..kernels.smoothing.constraints.no_inversion import NoInversion
+from ..kernels.smoothing.constraints.null_space import NullSpace
+from ..kernels.smoothing.constraints.tangent_plane import TangentPlane
+from ..kernels.smoothing.schemes import Scheme
 from ..report import RunReport
 from .arrays import edge_array, output_like, point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field
@@ -341,7 +343,7 @@ class SmoothingFilter(Filter):
         if report.volume is not None:
             report = replace(
                 report,
-                volume_rounded=measure.signed_volume(
+                volume_rounded=comparison.signed_volume(
                     mesh.with_points(rounded.astype(np.float64) - self.origin)
                 ),
             )
@@ -360,7 +362,7 @@ class SmoothingFilter(Filter):
     def held_points(self, source: Any) -> npt.NDArray[Any] | None:
         """Return what is nonzero at points that must not move, or None.
 
-        Those of ghost cells are among them: what is on the border between pieces is the same in each.
+        Those of ghost cells are among them: what is on the boundary between pieces is the same in each.
         """
         held = self._point_array(source, "fixed")
         if self.whole is None or not self.whole.pinned.any():

@@ -8,9 +8,10 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..errors import InvalidMeshError
-from ..kernels import adjacency, measure, quality
-from ..kernels.closest_point import ClosestPoint
-from ..kernels.mesh import Mesh
+from ..kernels.distance.closest_point import ClosestPoint
+from ..kernels.measures import aspect_ratio, comparison
+from ..kernels.mesh import adjacency
+from ..kernels.mesh.mesh import Mesh
 from .arrays import output_like, surface_of, vtk_array
 from .base import Filter, add_field
 from .surface_quality import add_aspect_ratio, faces_with_area, summary_of
@@ -67,8 +68,8 @@ class SurfaceComparison(Filter):
         near = adjacency.build(before.mesh)
         edge_ends, edge_faces = adjacency.edges(near)
         self.progress(0.2)
-        normals = measure.normal_deviation(before.mesh, after.mesh)
-        dihedral = measure.dihedral_change(before.mesh, after.mesh, edge_ends, edge_faces)
+        normals = comparison.normal_deviation(before.mesh, after.mesh)
+        dihedral = comparison.dihedral_change(before.mesh, after.mesh, edge_ends, edge_faces)
         at_points = np.zeros(before.mesh.n_points)
         for end in range(2):
             np.fmax.at(at_points, edge_ends[:, end], dihedral)
@@ -82,13 +83,13 @@ class SurfaceComparison(Filter):
         self.progress(0.7)
         deviation[used] = np.maximum(there, ClosestPoint(after.mesh).query(before.mesh.points[used])[1])
         self.progress(0.9)
-        k = quality.aspect_ratios(after.mesh, quality.reference_directions(before.mesh))
-        swept = measure.swept_volume(before.mesh, after.mesh)
+        k = aspect_ratio.aspect_ratios(after.mesh, aspect_ratio.reference_directions(before.mesh))
+        swept = comparison.swept_volume(before.mesh, after.mesh)
         summary = summary_of(after, near, faces_with_area(after.mesh, k))
         summary["points"] = self.points_given(result)
         diagonal = before.mesh.diagonal
         largest = float(deviation.max())
-        volume = measure.signed_volume(before.mesh) if summary["closed"] else 0.0
+        volume = comparison.signed_volume(before.mesh) if summary["closed"] else 0.0
         summary |= {
             "normal_deviation": _statistics(normals),
             "dihedral_change": _statistics(dihedral),
@@ -121,7 +122,7 @@ class SurfaceComparison(Filter):
 
 
 def _statistics(values: np.ndarray) -> dict[str, float]:
-    largest, mean = measure.largest_and_mean(values)
+    largest, mean = comparison.largest_and_mean(values)
     return {"max": largest, "mean": mean}
 
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels import adjacency, measure, quality
-from ..kernels.mesh import Mesh
+from ..kernels.measures import aspect_ratio, comparison
+from ..kernels.mesh import adjacency
+from ..kernels.mesh.mesh import Mesh
 from .arrays import Surface, output_like, surface_of, vtk_array
 from .base import Filter, add_field
 
@@ -19,7 +20,7 @@ def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> di
     """Return the figures of ``vtksmooth quality --json``."""
     mesh = surface.mesh
     sizes = mesh.face_sizes
-    closed = measure.is_closed(near)
+    closed = comparison.is_closed(near)
     return {
         "points": mesh.n_points,
         "cells": {
@@ -28,11 +29,11 @@ def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> di
             "polygon": int((sizes > 4).sum()),
         },
         "closed": closed,
-        "volume": measure.signed_volume(mesh) if closed else None,
+        "volume": comparison.signed_volume(mesh) if closed else None,
         "aspect_ratio": {
             "min": float(k.min()),
             "mean": float(k.mean()),
-            "histogram": quality.histogram(k),
+            "histogram": aspect_ratio.histogram(k),
         },
         "inverted": int((k < 0).sum()),
     }
@@ -72,7 +73,7 @@ class SurfaceQuality(Filter):
     >>> _ = plane.Update()
     >>> quality = SurfaceQuality()
     >>> result = quality(plane.GetOutput())
-    >>> quality.summary["cells"]["quad"], round(quality.summary["aspect_ratio"]["min"], 12)
+    >>> aspect_ratio.summary["cells"]["quad"], round(aspect_ratio.summary["aspect_ratio"]["min"], 12)
     (1, 1.0)
     """
 
@@ -86,7 +87,7 @@ class SurfaceQuality(Filter):
         surface = surface_of(source)
         near = adjacency.build(surface.mesh)
         self.progress(0.4)
-        k = quality.aspect_ratios(surface.mesh, quality.reference_directions(surface.mesh))
+        k = aspect_ratio.aspect_ratios(surface.mesh, aspect_ratio.reference_directions(surface.mesh))
         self.progress(0.8)
         self.summary = summary_of(surface, near, faces_with_area(surface.mesh, k))
         self.summary["points"] = self.points_given(source)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..kernels.schemes import Scheme
-from ..kernels.schemes.trapezium import TrapeziumDrawing as Trapezium
+from ..kernels.smoothing.schemes import Scheme
+from ..kernels.smoothing.schemes.trapezium import TrapeziumDrawing as Trapezium
 from .parameter import Parameter
 from .smoothing import SmoothingFilter
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-from ..kernels.triangulate import triangulate
+from ..kernels.mesh.triangulate import triangulate
 from .arrays import output_like, rows_of, surface_of, vtk_array, vtk_triangles
 from .base import Filter
 from .places import ORIGINAL_CELL

@@ -22,18 +22,18 @@ p { margin: 2px 0 8px; overflow-wrap: anywhere; }
 .pictures figure { flex: 1; margin: 8px 0 0; min-width: 0; text-align: center; }
 .pictures img { width: 100%; max-height: 360px; object-fit: contain; }
 .key { display: flex; justify-content: center; margin: 6px 0 0; font-size: 12px; }
-.key span { width: 80px; border-top: 12px solid; text-align: center; }
+.key span { width: 80px; boundary-top: 12px solid; text-align: center; }
 svg { width: 100%; font: 12px system-ui, sans-serif; }
 .grid { stroke: #e4e4e4; } .axis { stroke: #555; }
 .tables { display: flex; flex-wrap: wrap; gap: 0 36px; align-items: start; }
-table { border-collapse: collapse; margin: 6px 0; font-size: 13px; }
+table { boundary-collapse: collapse; margin: 6px 0; font-size: 13px; }
 th, td { padding: 2px 8px; text-align: right; font-variant-numeric: tabular-nums; }
 th:first-child, td:first-child { text-align: left; padding-left: 0; }
-thead th { border-bottom: 1px solid #555; font-weight: 600; }
-tbody td { border-bottom: 1px solid #eee; }
+thead th { boundary-bottom: 1px solid #555; font-weight: 600; }
+tbody td { boundary-bottom: 1px solid #eee; }
 ol { margin: 0; padding-left: 22px; overflow-wrap: anywhere; }
 .off { color: #888; text-decoration: line-through; }
-footer { border-top: 1px solid #ccc; margin-top: 20px; padding-top: 6px; font-size: 12px; }
+footer { boundary-top: 1px solid #ccc; margin-top: 20px; padding-top: 6px; font-size: 12px; }
 @media print {
   body { margin: 0; padding: 0; font-size: 11px; max-width: none; print-color-adjust: exact; }
   h1 { font-size: 18px; } h2 { font-size: 13px; margin-top: 10px; }
@@ -87,7 +87,7 @@ def document(page: Page) -> str:
 def _key() -> str:
     names = ["k &lt; 0", *(f"{i / 5:g} to {(i + 1) / 5:g}" for i in range(5))]
     colours = (INVERTED, *COLOURS)
-    parts = [f'<span style="border-color: {c}">{n}</span>' for n, c in zip(names, colours, strict=True)]
+    parts = [f'<span style="boundary-color: {c}">{n}</span>' for n, c in zip(names, colours, strict=True)]
     return f'<div class="key">{"".join(parts)}</div>'
 
 

@@ -12,7 +12,7 @@ from ..errors import InvalidMeshError
 from ..filters import Filter, SurfaceComparison, SurfaceQuality
 from ..filters.arrays import Surface, surface_of
 from ..filters.surface_quality import ASPECT_RATIO
-from ..kernels.closest_point import ClosestPoint
+from ..kernels.distance.closest_point import ClosestPoint
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..kernels.quality import BINS
+from ..kernels.measures.aspect_ratio import BINS
 
 _BIN_NAMES = ["k < 0", *(f"{low:g} <= k < {low + 0.2:.1f}" for low in BINS[:-1]), "0.8 <= k <= 1"]
 

@@ -15,7 +15,7 @@ from xml.etree.ElementTree import SubElement
 from ..errors import ParameterError
 from ..filters import FILTERS, Filter, Parameter
 from ..filters.parameter import AUTO
-from ..kernels.compiled import on_compile
+from ..jit.compiled import on_compile
 
 #: Where the filters are in ParaView's menu.
 CATEGORY = "Surface smoothing"

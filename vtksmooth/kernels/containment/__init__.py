@@ -1,0 +1,1 @@
+"""Staying within a space: crossings, separating planes, and moves that are safe."""

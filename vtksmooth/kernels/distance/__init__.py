@@ -1,0 +1,1 @@
+"""Distances and sight: closest points, signed distance, winding number, rays."""

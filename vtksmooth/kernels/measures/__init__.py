@@ -1,0 +1,1 @@
+"""What is measured on a mesh: quality of elements, angles, curvature, volume, change."""

@@ -1,0 +1,1 @@
+"""The mesh as arrays, and who is next to whom: adjacency, regions, paths, triangulation."""

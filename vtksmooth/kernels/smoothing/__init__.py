@@ -1,0 +1,1 @@
+"""The one loop: schemes propose, constraints dispose."""

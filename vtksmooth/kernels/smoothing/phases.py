@@ -1,0 +1,245 @@
+"""Disposal: the constraints of a run, phase by phase, so that the promises of all of them are kept.
+
+Directions first, then factors, then points of a surface; steps are shortened until every limit admits them,
+what must be conserved is corrected within the limits, and gates judge what is left. A step of zero keeps
+every promise: that is how each of the rounds below ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import ParameterError
+from ...jit import parallel
+from ...jit.compiled import kernel
+from .constraints import Constraint, Phase
+from .constraints.damping import factors, shorten
+from .run_state import State
+
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+#: How often a step that several limits shorten is shortened before it is refused, and after how many rounds
+#: all steps are that are left.
+_SHORTENED, _ROUNDS = 3, 16
+
+
+@kernel
+def _copy(starts, ends, source, target):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for axis in range(3):
+                target[v, axis] = source[v, axis]
+
+
+@kernel
+def _list_changed(starts, ends, first, second, rows):
+    count = 0
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            same = True
+            for axis in range(3):
+                # NaN differs from itself, and has not been changed.
+                old = first[v, axis]
+                same = same and (old == second[v, axis] or np.isnan(old))
+            if not same:
+                rows[count] = v
+                count += 1
+    return count
+
+
+class Disposal:
+    """What becomes of the proposals of a run.
+
+    Parameters
+    ----------
+    constraints : sequence of Constraint
+        In any order.
+    kept : frozenset of str
+        Topics that the scheme keeps by itself: constraints about these are not needed.
+    on_edges : bool
+        Whether the scheme moves both ends of an edge at once.
+
+    Attributes
+    ----------
+    constraints : list of Constraint
+        In the order in which they act, with those that the promises of others take in addition.
+    in_place : bool
+        Whether neighbours must not move at the same time.
+
+    Raises
+    ------
+    ParameterError
+        Two constraints cannot be kept together, or one has no say in operations on edges.
+    """
+
+    def __init__(self, constraints: Sequence[Constraint], kept: frozenset[str], on_edges: bool) -> None:
+        needed = [each for each in constraints if each.topic not in kept]
+        needed += [companion for each in needed for companion in each.companions]
+        self.constraints = sorted(needed, key=lambda each: each.phase)
+        self.in_place = any(each.in_place for each in needed)
+        for one in needed:
+            for other in needed:
+                if other.topic in one.conflicts:
+                    raise ParameterError(
+                        f"{one} cannot go together with {str(other)[0].lower()}{str(other)[1:]}: "
+                        f"{one.conflicts[other.topic]}. Leave one of them out."
+                    )
+            if on_edges and not one.on_edges:
+                raise ParameterError(
+                    f"{one} cannot dispose of operations on edges: leave it out, or choose a scheme that "
+                    "moves one vertex at a time."
+                )
+        by_phase = {phase: [each for each in self.constraints if each.phase == phase] for phase in Phase}
+        self._directing, self._retracting = by_phase[Phase.DIRECT], by_phase[Phase.RETRACT]
+        self._limiting, self._conserving = by_phase[Phase.LIMIT], by_phase[Phase.CONSERVE]
+        self._judging = by_phase[Phase.JUDGE]
+        if not self.in_place:
+            covered = frozenset().union(*(each.covers for each in self._conserving))
+            self._limiting = [each for each in self._limiting if each.topic not in covered]
+        #: Whether gates judge each vertex as it moves; otherwise :meth:`unwelcome` says of a pass.
+        self.judged_alone = True
+        self.factors: Float64 | None = None
+        self._spare = np.empty((0, 3))
+
+    @property
+    def acting(self) -> list[Constraint]:
+        """The constraints that do more than to pin vertices before the first pass."""
+        return [each for each in self.constraints if each.phase != Phase.PIN]
+
+    def bind(self, state: State) -> None:
+        """Bind all constraints.
+
+        Raises
+        ------
+        ParameterError
+            What is conserved must be closed over all vertices at once, and a limit cannot judge that.
+        """
+        for constraint in self.constraints:
+            constraint.bind(state)
+        for one in self._conserving:
+            for other in self._limiting:
+                if one.closes and other.needs_still:
+                    raise ParameterError(
+                        f"{one} cannot go together with {str(other)[0].lower()}{str(other)[1:]} where the "
+                        "boundary slides: keep the boundary fixed, or leave one of them out."
+                    )
+
+    def prepare(self, state: State) -> None:
+        """Prepare the pass that begins."""
+        for constraint in self.constraints:
+            constraint.prepare(state)
+        self.factors = factors(self.constraints)
+
+    def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what all allow."""
+        for constraint in self._directing:
+            constraint.dispose(state, starts, ends, proposed)
+        if self.factors is not None:
+            parallel.run(shorten, starts, ends, state.points, self.factors, proposed)
+        if self.in_place:
+            for constraint in self._conserving:
+                constraint.dispose(state, starts, ends, proposed)
+        for constraint in self._retracting:
+            constraint.dispose(state, starts, ends, proposed)
+        self._limit(state, starts, ends, proposed)
+        if not self.in_place:
+            for constraint in self._conserving:
+                constraint.conserve(state, state.points, proposed, self.beyond, state.points)
+        for judge in self._judging if self.judged_alone else ():
+            judge.dispose(state, starts, ends, proposed)
+            rows, last = starts, ends
+            for _ in range(judge.halvings):
+                rows = judge.halve(state, rows, last, proposed)
+                last = rows + 1
+                if not len(rows):
+                    break
+                for constraint in self._retracting:
+                    constraint.dispose(state, rows, last, proposed)
+                self._limit(state, rows, last, proposed)
+                judge.dispose(state, rows, last, proposed)
+
+    def _limit(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        """Shorten steps until every limit admits them."""
+        if not self._limiting or len(self._limiting) + len(self._retracting) < 2:
+            for constraint in self._limiting:
+                constraint.dispose(state, starts, ends, proposed)
+            return
+        before = self._room(proposed)
+        for turn in range(_ROUNDS + 1):
+            parallel.run(_copy, starts, ends, proposed, before)
+            for constraint in self._limiting:
+                constraint.dispose(state, starts, ends, proposed)
+            rows = np.empty(int((ends - starts).sum()), np.int64)
+            rows = rows[: _list_changed(starts, ends, before, proposed, rows)].copy()
+            if not len(rows):
+                return
+            if turn == _ROUNDS:
+                rows = np.flatnonzero((proposed != state.points).any(axis=1))
+            if turn >= _SHORTENED:
+                _copy(rows, rows + 1, state.points, proposed)
+            else:
+                for constraint in self._retracting:
+                    constraint.dispose(state, rows, rows + 1, proposed)
+            if self.in_place:  # what becomes of one says nothing of the others
+                starts, ends = rows, rows + 1
+
+    def beyond(self, state: State, proposed: Float64) -> npt.NDArray[np.bool_]:
+        """Return which vertices a limit would not let go to `proposed`, all at the same time, (n,)."""
+        found = np.zeros(len(proposed), bool)
+        starts, ends = parallel.ranges(len(proposed))
+        for constraint in self._limiting:
+            allowed = proposed.copy()
+            constraint.dispose(state, starts, ends, allowed)
+            found |= (allowed != proposed).any(axis=1)
+        found &= state.pinned == 0
+        return found
+
+    @property
+    def judges_passes(self) -> bool:
+        """Whether there are gates, and all the rest keeps its promise with each vertex that moves."""
+        return bool(self._judging) and not any(each.needs_still for each in self._limiting)
+
+    def unwelcome(self, state: State, before: Float64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that must stay for the pass that began at `before` to be accepted, (n,)."""
+        found = np.zeros(len(before), bool)
+        for judge in self._judging:
+            found |= judge.unwelcome(state, before, state.points)
+        return found
+
+    @property
+    def closes(self) -> bool:
+        """Whether a pass in place must be closed as a whole, see :meth:`close`."""
+        return self.in_place and any(each.closes for each in self._conserving)
+
+    def close(self, state: State, before: Float64) -> bool:
+        """Close what the moving boundary has left open in a pass in place that began at `before`.
+
+        Returns False where that cannot be done; then all vertices are back at `before`.
+        """
+        kept = True
+        for constraint in self._conserving:
+
+            def beyond(state: State, proposed: Float64) -> npt.NDArray[np.bool_]:
+                found = self.beyond(state, proposed)
+                for judge in self._judging:
+                    found |= judge.worsened(state, before, proposed)
+                return found
+
+            proposed = state.points.copy()
+            kept = kept and constraint.conserve(state, state.points, proposed, beyond, before)
+            state.points[:] = proposed if kept else before
+        return kept
+
+    def check(self, state: State) -> list[str]:
+        """Return the promises that do not hold after the run, a sentence each."""
+        found = [(constraint, constraint.check(state)) for constraint in self.constraints]
+        return [f"{constraint}: {broken}." for constraint, broken in found if broken]
+
+    def _room(self, like: Float64) -> Float64:
+        if self._spare.shape != like.shape:
+            self._spare = np.empty_like(like)
+        return self._spare

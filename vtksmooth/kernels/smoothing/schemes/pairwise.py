@@ -1,0 +1,553 @@
+"""Pairwise smoothing: both ends of an edge move at once, and the volume stays as it was, exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ....errors import InvalidMeshError
+from ....jit import parallel
+from ....jit.compiled import device, kernel, routine
+from ...containment.crossings import scratch
+from ...containment.safe_moves import Guard, may_go, pending, settle, spread, stars_may_go
+from ...mesh.adjacency import Adjacency
+from ..run_state import State
+from ..weights import Weights
+from . import EdgeScheme, Float64, Operations
+
+Int32 = npt.NDArray[np.int32]
+Int64 = npt.NDArray[np.int64]
+
+#: Vertices of a block: its rows fit a core's second-level cache.
+BLOCK_SIZE = 2048
+
+#: The two rows of an edge's system are the same up to rounding: the pair has no best place.
+_SINGULAR = 1e-12
+
+#: Part of the squared steps that is left when the volume takes all of them back, up to rounding. Of less than
+#: 1e-15 rounding tells whether the energy falls, and steps of 1e-8 are taken in one pose and not in another.
+_TAKEN_BACK = 1e-14
+
+
+class Edges(NamedTuple):
+    """The edges in the order of the sweep, and the rings of their ends.
+
+    Attributes
+    ----------
+    ends : (e, 2) int32
+        Block after block; inside a block in colours of edges that share no vertex, so that successive
+        operations lie apart.
+    blocks : list of (starts, ends)
+        For each colour the ranges of edges of the blocks of this colour; no two of them touch the same
+        vertices, nor these the same Laplacians.
+    offsets, ring : int32
+        The one-rings in cyclic order, seen from outside counter-clockwise.
+    mirror : int32
+        For each entry of `ring`, where its vertex' own row (in the order of the weights) names v.
+    """
+
+    ends: Int32
+    blocks: list[tuple[Int64, Int64]]
+    offsets: Int32
+    ring: Int32
+    mirror: Int32
+
+
+@kernel
+def _cyclic_rings(near, offsets, neighbours, after, held, ring, mirror):
+    for v in range(offsets.size - 1):
+        first = offsets[v]
+        last = offsets[v + 1]
+        for r in range(first, last):
+            ring[r] = neighbours[r]
+        if near.kinds[v] != 0:
+            held[v] = 1
+        else:
+            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+                a = near.offsets[near.corner_face[near.corners[i]]]
+                c = near.corners[i] - a
+                after[near.connectivity[a + (c + 1) % 3]] = near.connectivity[a + (c + 2) % 3]
+            for r in range(first + 1, last):
+                ring[r] = after[ring[r - 1]]
+                # Back at the beginning too soon: several fans that touch in v only.
+                held[v] = held[v] or ring[r] == ring[first]
+    for v in range(offsets.size - 1):
+        for r in range(offsets[v], offsets[v + 1]):
+            k = ring[r]
+            for q in range(offsets[k], offsets[k + 1]):
+                if neighbours[q] == v:
+                    mirror[r] = q
+
+
+@device
+def _bit(colour):
+    return np.uint64(1) << np.uint64(colour)
+
+
+@device
+def _lowest_free(used):
+    colour = 0
+    while colour < 63 and used & _bit(colour):
+        colour += 1
+    return colour
+
+
+@kernel
+def _schedule(ends, block_of, offsets, ring, colour, order, starts, block_colour, touched):
+    # touched: which colours of edges, and then of blocks, have touched a vertex already, a bit for each.
+    for e in range(block_of.size):
+        starts[block_of[e] + 1] += 1
+        i = ends[e, 0]
+        j = ends[e, 1]
+        free = _lowest_free(touched[i] | touched[j])
+        colour[e] = free
+        touched[i] |= _bit(free)
+        touched[j] |= _bit(free)
+    for v in range(touched.size):
+        touched[v] = 0
+    alone = 63  # blocks that find no bit free run by themselves
+    for b in range(block_colour.size):
+        starts[b + 1] += starts[b]
+        # Stable counting sort of the block's edges by their colour.
+        k = starts[b]
+        used = np.uint64(0)
+        for c in range(64):
+            for e in range(starts[b], starts[b + 1]):
+                if colour[e] == c:
+                    order[k] = e
+                    k += 1
+            if k == starts[b + 1]:
+                break
+        for e in range(starts[b], starts[b + 1]):
+            for end in range(2):
+                v = ends[e, end]
+                used |= touched[v]
+                for r in range(offsets[v], offsets[v + 1]):
+                    used |= touched[ring[r]]
+        free = _lowest_free(used)
+        if free == 63:
+            block_colour[b] = alone
+            alone += 1
+            continue
+        block_colour[b] = free
+        for e in range(starts[b], starts[b + 1]):
+            for end in range(2):
+                v = ends[e, end]
+                touched[v] |= _bit(free)
+                for r in range(offsets[v], offsets[v + 1]):
+                    touched[ring[r]] |= _bit(free)
+
+
+def edges_of(
+    near: Adjacency, rows: tuple[Int32, Int32], pinned: npt.NDArray[np.uint8], block_size: int = BLOCK_SIZE
+) -> Edges:
+    """Return the edges with an end that may move; vertices where the surface is no disc are pinned.
+
+    Vertices should be in a coherent order: the blocks are made of successive ones.
+    """
+    offsets, neighbours = rows
+    n = len(near.kinds)
+    ring, mirror = np.empty_like(neighbours), np.zeros_like(neighbours)
+    _cyclic_rings(near, offsets, neighbours, np.full(n, -1, np.int32), pinned, ring, mirror)
+    vertex = np.repeat(np.arange(n, dtype=np.int32), np.diff(near.ring_offsets))
+    once = near.ring > vertex
+    once &= (pinned[vertex] == 0) | (pinned[near.ring] == 0)
+    ends = np.column_stack((vertex[once], near.ring[once]))
+    blocks = -(-n // block_size)
+    order = np.empty(len(ends), np.int64)
+    starts = np.zeros(blocks + 1, np.int64)
+    block_colour = np.empty(blocks, np.int32)
+    _schedule(
+        ends, ends[:, 0] // block_size, offsets, ring, np.empty(len(ends), np.int8), order, starts,
+        block_colour, np.zeros(n, np.uint64),
+    )  # fmt: skip
+    colours = [np.flatnonzero(block_colour == c) for c in np.unique(block_colour)]
+    return Edges(
+        np.ascontiguousarray(ends[order]),
+        [(starts[chosen], starts[chosen + 1]) for chosen in colours],
+        offsets,
+        ring,
+        mirror,
+    )
+
+
+@kernel
+def _reverse(starts, ends, offsets, ring, mirror, weights, kinds, reverse, rows):
+    # reverse[r]: the weight of v in the Laplacian of its neighbour; rows[v, 7]: the sum of squares of all
+    # coefficients of p_v. Laplacians where the surface has a boundary or is no surface do not count.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            total = 1.0 if kinds[v] == 0 else 0.0
+            for r in range(offsets[v], offsets[v + 1]):
+                reverse[r] = weights[mirror[r]] if kinds[ring[r]] == 0 else 0.0
+                total += reverse[r] * reverse[r]
+            rows[v, 7] = total
+
+
+@kernel
+def _cross(starts, ends, edges, offsets, ring, reverse, cross):
+    # Sum over all Laplacians of the product of the coefficients of p_i and p_j.
+    for part in range(starts.size):
+        for e in range(starts[part], ends[part]):
+            i = edges[e, 0]
+            j = edges[e, 1]
+            total = 0.0
+            for r in range(offsets[i], offsets[i + 1]):
+                k = ring[r]
+                if k == j:
+                    total -= reverse[r]
+                for q in range(offsets[j], offsets[j + 1]):
+                    if ring[q] == k:
+                        total += reverse[r] * reverse[q]
+            for q in range(offsets[j], offsets[j + 1]):
+                if ring[q] == i:
+                    total -= reverse[q]
+            cross[e] = total
+
+
+@kernel
+def _fill(starts, ends, points, laplacian, kinds, damping, factor, rows):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for axis in range(3):
+                rows[v, axis] = points[v, axis]
+                rows[v, 3 + axis] = laplacian[v, axis] if kinds[v] == 0 else 0.0
+            rows[v, 6] = factor * damping[v]
+
+
+# -- one operation: what the kernel of the sweep is made of. d[end], f[end] and g[end] are the step of an
+# end of the edge, the force on it (the energy's gradient, negative) and the gradient of the volume.
+
+
+@device
+def _look_round(end, v, other, rows, first, last, ring, reverse, f, g):
+    # f = -sum_k A_k L(k), g = 1/6 sum of a x b over the ring; returns (d - c) / 6 if that runs c, other, d.
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
+    x = rows[v, 0]
+    y = rows[v, 1]
+    z = rows[v, 2]
+    rx = rows[v, 3]
+    ry = rows[v, 4]
+    rz = rows[v, 5]
+    gx = 0.0
+    gy = 0.0
+    gz = 0.0
+    k = ring[last - 1]
+    bx = rows[k, 0] - x
+    by = rows[k, 1] - y
+    bz = rows[k, 2] - z
+    for r in range(first, last):
+        before = k
+        k = ring[r]
+        ax = bx
+        ay = by
+        az = bz
+        bx = rows[k, 0] - x
+        by = rows[k, 1] - y
+        bz = rows[k, 2] - z
+        gx += ay * bz - az * by
+        gy += az * bx - ax * bz
+        gz += ax * by - ay * bx
+        rx -= reverse[r] * rows[k, 3]
+        ry -= reverse[r] * rows[k, 4]
+        rz -= reverse[r] * rows[k, 5]
+        if before == other:
+            ux += bx / 6.0
+            uy += by / 6.0
+            uz += bz / 6.0
+        elif k == other:
+            ux -= ax / 6.0
+            uy -= ay / 6.0
+            uz -= az / 6.0
+    f[end, 0] = rx
+    f[end, 1] = ry
+    f[end, 2] = rz
+    g[end, 0] = gx / 6.0
+    g[end, 1] = gy / 6.0
+    g[end, 2] = gz / 6.0
+    return ux, uy, uz
+
+
+@device
+def _keep_volume(si, sj, ux, uy, uz, g, d):
+    # i moves by d0, then j by d1: g_i . d0 + (g_j - d0 x u) . d1. If only one end moves, u has no effect.
+    g[1, 0] -= d[0, 1] * uz - d[0, 2] * uy
+    g[1, 1] -= d[0, 2] * ux - d[0, 0] * uz
+    g[1, 2] -= d[0, 0] * uy - d[0, 1] * ux
+    volume = 0.0
+    for axis in range(3):
+        volume += g[0, axis] * d[0, axis] + g[1, axis] * d[1, axis]
+    g[0, 0] += d[1, 1] * uz - d[1, 2] * uy
+    g[0, 1] += d[1, 2] * ux - d[1, 0] * uz
+    g[0, 2] += d[1, 0] * uy - d[1, 1] * ux
+    # Both by the same w, -volume g / |g|^2 with g = s_i g_i + s_j g_j, each damped as its step was.
+    square = 0.0
+    for axis in range(3):
+        g[0, axis] = si * g[0, axis] + sj * g[1, axis]
+        square += g[0, axis] * g[0, axis]
+    if volume != 0.0:
+        for axis in range(3):
+            w = -volume / square * g[0, axis]
+            d[0, axis] += si * w
+            d[1, axis] += sj * w
+
+
+@device
+def _square(d):
+    total = 0.0
+    for axis in range(3):
+        total += d[0, axis] * d[0, axis] + d[1, axis] * d[1, axis]
+    return total
+
+
+@device
+def _energy_change(cii, cjj, cij, f, d):
+    change = 0.0
+    for axis in range(3):
+        di = d[0, axis]
+        dj = d[1, axis]
+        change += 0.5 * (cii * di * di + cjj * dj * dj) + cij * di * dj
+        change -= f[0, axis] * di + f[1, axis] * dj
+    return change
+
+
+@device
+def _move(v, end, rows, d):
+    if rows[v, 6] > 0.0:
+        for axis in range(3):
+            rows[v, axis] += d[end, axis]
+
+
+@device
+def _try_both(guard, i, j, rows, d, old, room, new):
+    # Whether the triangles round both ends, too, may be where the steps take them; that is tried out.
+    for axis in range(3):
+        old[0, axis] = rows[i, axis]
+        old[1, axis] = rows[j, axis]
+    _move(i, 0, rows, d)
+    _move(j, 1, rows, d)
+    first = i if rows[i, 6] > 0.0 else -1
+    second = j if rows[j, 6] > 0.0 else -1
+    good, count = stars_may_go(guard, rows, first, second, room, new)
+    if good:
+        settle(guard.separation, rows, first, second, new, count)
+        spread(guard.separation.triangles, guard.slack, rows, first, second, new, count)
+    for axis in range(3):
+        rows[i, axis] = old[0, axis]
+        rows[j, axis] = old[1, axis]
+    return good
+
+
+@routine
+def _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new):
+    # Whether both ends may take their steps, and how many distances that took.
+    good = True
+    asked = 0
+    exact = guard.exact
+    for end in range(2):
+        v = i if end == 0 else j
+        step = step_i if end == 0 else step_j
+        if exact:
+            step = np.inf  # triangles may not go as far as their corners
+        if good and rows[v, 6] > 0.0:
+            good, queries = may_go(
+                guard, v, rows[v, 0] + d[end, 0], rows[v, 1] + d[end, 1], rows[v, 2] + d[end, 2], step,
+                room[0],
+            )  # fmt: skip
+            asked += queries
+    if good and exact:
+        good = _try_both(guard, i, j, rows, d, old, room, new)
+    return good, asked
+
+
+@device
+def _update_laplacians(v, end, rows, first, last, ring, reverse, d):
+    if rows[v, 6] == 0.0:
+        return
+    dx = d[end, 0]
+    dy = d[end, 1]
+    dz = d[end, 2]
+    rows[v, 3] -= dx
+    rows[v, 4] -= dy
+    rows[v, 5] -= dz
+    for r in range(first, last):
+        k = ring[r]
+        rows[k, 3] += reverse[r] * dx
+        rows[k, 4] += reverse[r] * dy
+        rows[k, 5] += reverse[r] * dz
+
+
+@kernel
+def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
+    # rows[v]: position, Laplacian, damping, sum of squared coefficients: a line of the cache.
+    moved = 0
+    checked = 0
+    asked = 0
+    room = scratch()
+    new = pending(guard)
+    old = np.empty((2, 3))
+    d = np.empty((2, 3))
+    g = np.empty((2, 3))
+    f = np.empty((2, 3))
+    slack_i = 0.0
+    slack_j = 0.0
+    active, slack = guard.active, guard.slack
+    for part in range(starts.size):
+        for e in range(starts[part], ends[part]):
+            i = edges[e, 0]
+            j = edges[e, 1]
+            si = rows[i, 6]
+            sj = rows[j, 6]
+            cii = rows[i, 7]
+            cjj = rows[j, 7]
+            # The place is sought of the ends that move.
+            cij = cross[e] if si > 0.0 and sj > 0.0 else 0.0
+            det = cii * cjj - cij * cij
+            if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
+                continue
+            ux = 0.0
+            uy = 0.0
+            uz = 0.0
+            for end in range(2):
+                v = i if end == 0 else j
+                other = j if end == 0 else -1
+                wx, wy, wz = _look_round(end, v, other, rows, offsets[v], offsets[v + 1], ring, reverse, f, g)
+                ux += wx
+                uy += wy
+                uz += wz
+            for axis in range(3):
+                d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
+                d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
+            wanted = _square(d)
+            _keep_volume(si, sj, ux, uy, uz, g, d)
+            # What the volume takes back but for rounding is no step.
+            if _square(d) <= _TAKEN_BACK * wanted:
+                continue
+            # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
+            # there is none of reasonable size. Then the energy would grow.
+            if not _energy_change(cii, cjj, cij, f, d) < 0.0:
+                continue
+            if active:
+                slack_i = slack[i]
+                slack_j = slack[j]
+                step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
+                step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
+                checked += (si > 0.0) + (sj > 0.0)
+                # Here and not in a helper: handing over the guard costs as much as a quarter of an operation.
+                if step_i <= slack_i and step_j <= slack_j:
+                    slack[i] -= step_i
+                    slack[j] -= step_j
+                else:
+                    good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new)
+                    asked += queries
+                    if not good:
+                        slack[i] = slack_i
+                        slack[j] = slack_j
+                        continue
+            for end in range(2):
+                v = i if end == 0 else j
+                _move(v, end, rows, d)
+                _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
+            moved += 1
+    return moved, checked, asked
+
+
+@kernel
+def _take(starts, ends, rows, points):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            if rows[v, 6] != 0.0:
+                for axis in range(3):
+                    points[v, axis] = rows[v, axis]
+
+
+class Pairwise(EdgeScheme):
+    """Pairwise smoothing with exact volume (Liu, Bao, Shum and Peng 2002), for triangles.
+
+    For each edge (i, j) the places of both ends are sought that minimise ``E = 1/2 sum |L(k)|^2`` over the
+    rings of both, L the general Laplacian; the steps are damped; then both ends move along one vector so
+    that the volume under the two stars is what it was. As i and j move along the *same* vector, the
+    volume is linear in it, whatever the damping: the correction is exact, on open surfaces too (there
+    the volume swept is nothing), and a vertex with damping 0 keeps its bits.
+
+    An operation that would raise E is discarded, so E of the whole mesh never grows while the weights are
+    what they are. The paper does not ask for that; without it sheets between fixed boundaries, where
+    volume and smoothness pull against each other, leave all bounds within some dozens of sweeps.
+
+    Laplacians on the boundary, where the surface is no disc, and at irregular vertices do not count; these
+    vertices do not move.
+
+    Parameters
+    ----------
+    relaxation : float
+        Part of the steps that is taken, (0, 1].
+    weights : Weights, optional
+        Of the Laplacian (default: umbrella); refreshed before every sweep, constant within it.
+
+    Notes
+    -----
+    Sections 5.2 and 5.4 of the installation-space paper. One operation costs O(valence): the Laplacians
+    are kept up to date. Each edge is visited once in a sweep, in an order by topology; edges whose
+    operations could meet are never worked on at the same time, so the number of threads does not matter.
+    """
+
+    keeps = frozenset({"volume"})
+
+    def __init__(self, relaxation: float = 0.7, weights: Weights | None = None) -> None:
+        self.relaxation, self.asked_weights = relaxation, weights or Weights()
+
+    def bind(self, state: State) -> None:
+        if not state.topology.only_triangles:
+            raise InvalidMeshError(
+                "Pairwise smoothing needs triangles; triangulate the polygons first (ValenceTriangulation)."
+            )
+        self.weights = self.asked_weights.in_run(state)
+        near = state.near
+        self.edges = edges_of(near, self.weights.rows(near), state.pinned)
+        # A row is a line of the cache if the first one begins with one.
+        room = np.zeros(8 * len(state.points) + 8)
+        first = -(room.ctypes.data // 8) % 8
+        self.rows = room[first : first + 8 * len(state.points)].reshape(-1, 8)
+        self.values: Float64 | None = None
+        self.cross = np.empty(len(self.edges.ends))
+        self.reverse = np.empty(len(self.edges.ring))
+        self.laplacian = np.empty_like(state.points)
+
+    def prepare(self, state: State, turn: int) -> None:
+        near, edges = state.near, self.edges
+        everything = parallel.ranges(len(state.points))
+        if self.values is None or not self.weights.constant:
+            self.values = self.weights.compute(state.points, near, self.values)
+            parallel.run(
+                _reverse, *everything,
+                edges.offsets, edges.ring, edges.mirror, self.values, near.kinds, self.reverse, self.rows,
+            )  # fmt: skip
+            parallel.run(
+                _cross, *parallel.ranges(len(edges.ends)),
+                edges.ends, edges.offsets, edges.ring, self.reverse, self.cross,
+            )  # fmt: skip
+        # The Laplacians anew: rounding errors do not pile up.
+        self.weights.apply(state.points, near, self.values, self.laplacian)
+
+    def sweep(self, state: State, damping: Float64, guard: Guard) -> Iterator[Operations]:
+        edges = self.edges
+        everything = parallel.ranges(len(state.points))
+        parallel.run(
+            _fill, *everything,
+            state.points, self.laplacian, state.near.kinds, damping, self.relaxation, self.rows,
+        )  # fmt: skip
+        for number, (starts, ends) in enumerate(edges.blocks):
+            results = parallel.run(
+                _sweep, starts, ends,
+                edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows, guard,
+                smallest_share=parallel.COSTLY,
+            )  # fmt: skip
+            # What observers see, and whoever cancels, is whole.
+            parallel.run(_take, *everything, self.rows, state.points)
+            moved, checked, asked = (sum(counts) for counts in zip(*results, strict=True))
+            yield Operations((number + 1) / len(edges.blocks), moved, checked, asked)
