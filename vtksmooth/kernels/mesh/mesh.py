@@ -148,6 +148,11 @@ class Mesh:
         """Whether every face has three corners."""
         return len(self.connectivity) == 3 * self.n_faces and bool((self.face_sizes == 3).all())
 
+    @functools.cached_property
+    def only_quadrilaterals(self) -> bool:
+        """Whether every face has four corners."""
+        return len(self.connectivity) == 4 * self.n_faces and bool((self.face_sizes == 4).all())
+
     @property
     def used_points(self) -> npt.NDArray[np.int64]:
         """Numbers of the points that faces use, rising, int64."""

@@ -14,12 +14,13 @@ from ....jit.simd import WIDTH, gather, pack, select, spread, unpack
 from ....report import RunReport
 from ...measures.aspect_ratio import area_vectors
 from ...measures.comparison import swept_at_corners
+from ...measures.shifted_volume import shifted_volume
 from ...measures.swept_volume import sweep_face, triangle_shares, volume_gradient
 from ...mesh.adjacency import BOUNDARY
 from ...mesh.regions import components
 from ..run_state import State
 from . import Beyond, Constraint, Float64, Int64, Phase
-from .no_inversion import HALVINGS, NoInversion, newly_inverted, withdraw
+from .no_inversion import HALVINGS, NoInversion, any_inverted, newly_inverted, withdraw
 from .null_space import directions, normals_for
 
 #: Least cosine between a vertex' direction and the gradient of its volume; below, a correction would be
@@ -28,6 +29,9 @@ _SMALLEST_COSINE = 0.05
 
 #: Most Newton steps to close the volume, and where boundaries have moved.
 _CLOSINGS, _SECANTS = 4, 12
+
+#: In how many passes at first, and in which one of so many later, normals are renewed for the equal step.
+_RENEWED = 8
 
 #: Most solutions tried for a step: with vertices beyond a limit that keep what they were allowed before the
 #: correction; with such that do not move at all; and after how many of these those round them do neither.
@@ -221,6 +225,55 @@ def _shift(starts, ends, body, step, direction, answer, after):
 
 
 @kernel
+def _normals(starts, ends, near, triangles, pinned, area, direction):
+    # Unit vectors along the derivative of the volume, for faces that are triangles; 0 for who stays.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            x = 0.0
+            y = 0.0
+            z = 0.0
+            for row in range(near.corner_offsets[v], 0 if pinned[v] else near.corner_offsets[v + 1]):
+                c = np.uint32(near.corners[row])
+                f = c // np.uint32(3) if triangles else np.uint32(near.corner_face[c])
+                x += area[f, 0]
+                y += area[f, 1]
+                z += area[f, 2]
+            length = np.sqrt(x * x + y * y + z * z)
+            scale = 1.0 / length if length > 0.0 else 0.0
+            direction[v, 0] = scale * x
+            direction[v, 1] = scale * y
+            direction[v, 2] = scale * z
+
+
+@kernel
+def _shift_all(starts, ends, step, direction, after):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            x = direction[v, 0]
+            y = direction[v, 1]
+            z = direction[v, 2]
+            if x != 0.0 or y != 0.0 or z != 0.0:
+                after[v, 0] += step * x
+                after[v, 1] += step * y
+                after[v, 2] += step * z
+
+
+def _root(cubic: Float64) -> float:
+    """Return the root next to 0 of a cubic, by Newton's method; NaN where that does not lead there."""
+    c, b, a, d = cubic.tolist()
+    step = 0.0
+    for _ in range(_SECANTS):
+        slope = b + step * (2.0 * a + 3.0 * d * step)
+        if not slope > 0.5 * b:
+            break
+        change = (c + step * (b + step * (a + d * step))) / slope
+        step -= change
+        if abs(change) <= np.finfo(float).eps * abs(step):
+            return step
+    return np.nan
+
+
+@kernel
 def _one_by_one(starts, ends, points, near, pinned, confined, flux, direction, proposed):
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -339,6 +392,15 @@ class LocalVolume(Constraint):
             self._held = np.zeros(n, np.uint8)
             self._area = np.empty((m if state.topology.only_triangles else 0, 3))
             self._find_bodies(state)
+        self._quick = not (
+            self.corrections or not self.uniform or len(self._flux) or not self._own or self.closes
+            or state.in_place or self._bodies > 1
+        )  # fmt: skip
+        if self._quick:
+            self._vectors, self._passes = np.empty((m, 3)), 0
+            used = state.points[state.topology.connectivity]
+            self._origin, self._reach = 0.5 * (used.min(axis=0) + used.max(axis=0)), 0.0
+            self._enclosed = self._shifted(state, state.points, np.zeros((n, 3)), self._vectors)[0][0]
 
     def _find_bodies(self, state: State) -> None:
         topology, n = state.topology, len(state.points)
@@ -379,11 +441,54 @@ class LocalVolume(Constraint):
             self._direction, proposed, smallest_share=parallel.COSTLY,
         )  # fmt: skip
 
+    # -- all at once, an equal step of all alone -----------------------------------------------------
+
+    def _shifted(
+        self, state: State, after: Float64, direction: Float64, area: Float64
+    ) -> tuple[Float64, int]:
+        return shifted_volume(
+            state.topology, after, direction, state.reference, self._origin, self._reach, area
+        )
+
+    def _close_at_once(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
+        """Close the volume by one step that is known beforehand; return whether nothing is against that.
+
+        Along the normals of the mesh that an earlier pass proposed. They hardly turn once the first passes are
+        done, and are renewed now and then.
+        """
+        vertices = parallel.ranges(len(proposed))
+        if len(self._area_kept(-1)):
+            parallel.run(
+                _normals, *vertices, state.near, state.topology.only_triangles, state.pinned, self._vectors,
+                self._direction,
+            )  # fmt: skip
+        cubic, doubtful = self._shifted(state, proposed, self._direction, self._area_kept(0))
+        self._passes += 1
+        cubic[0] -= self._enclosed
+        step = _root(cubic)
+        if not np.isfinite(step):
+            return False
+        parallel.run(_shift_all, *vertices, step, self._direction, proposed)
+        doubtful += abs(step) > self._reach
+        self._reach = 4.0 * abs(step)
+        if (doubtful and any_inverted(state, before, proposed)) or beyond(state, proposed).any():
+            parallel.run(_shift_all, *vertices, -step, self._direction, proposed)
+            return False
+        self._left = np.zeros(1)
+        return True
+
+    def _area_kept(self, later: int) -> Float64:
+        """Return where the areas of this or a later pass go: nowhere if the next pass will not ask."""
+        number = self._passes + later
+        return self._vectors if number < _RENEWED or number % _RENEWED == 0 else self._vectors[:0]
+
     # -- all at once -------------------------------------------------------------------------------
 
     def conserve(
         self, state: State, before: Float64, proposed: Float64, beyond: Beyond, back: Float64
     ) -> bool:
+        if self._quick and self._close_at_once(state, before, proposed, beyond):
+            return True
         vertices = parallel.ranges(len(proposed))
         if self._own or state.in_place:
             directions(state, *vertices, self._normals, self._direction)

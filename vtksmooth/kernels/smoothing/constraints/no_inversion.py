@@ -35,8 +35,54 @@ def _against(ox, oy, oz, px, py, pz, qx, qy, qz, reference, f):
 
 
 @device
+def _convex(points, connectivity, a, reference, f):
+    # Whether all corners of a quadrilateral are clearly convex, seen along its area on the reference's side:
+    # then its k is positive, and no root need be drawn to know.
+    o = connectivity[a]
+    p = connectivity[a + 1]
+    q = connectivity[a + 2]
+    r = connectivity[a + 3]
+    ax = points[p, 0] - points[o, 0]
+    ay = points[p, 1] - points[o, 1]
+    az = points[p, 2] - points[o, 2]
+    bx = points[q, 0] - points[p, 0]
+    by = points[q, 1] - points[p, 1]
+    bz = points[q, 2] - points[p, 2]
+    cx = points[r, 0] - points[q, 0]
+    cy = points[r, 1] - points[q, 1]
+    cz = points[r, 2] - points[q, 2]
+    dx = points[o, 0] - points[r, 0]
+    dy = points[o, 1] - points[r, 1]
+    dz = points[o, 2] - points[r, 2]
+    # The diagonals' product: twice the area.
+    ux = ax + bx
+    uy = ay + by
+    uz = az + bz
+    vx = bx + cx
+    vy = by + cy
+    vz = bz + cz
+    nx = uy * vz - uz * vy
+    ny = uz * vx - ux * vz
+    nz = ux * vy - uy * vx
+    area = nx * nx + ny * ny + nz * nz
+    clear = 1e-9 * area
+    sides = (ax * ax + ay * ay + az * az) + (bx * bx + by * by + bz * bz)
+    sides += (cx * cx + cy * cy + cz * cz) + (dx * dx + dy * dy + dz * dz)
+    return (
+        area > 1e-18 * sides * sides
+        and nx * reference[f, 0] + ny * reference[f, 1] + nz * reference[f, 2] > 0.0
+        and nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx) > clear
+        and nx * (by * cz - bz * cy) + ny * (bz * cx - bx * cz) + nz * (bx * cy - by * cx) > clear
+        and nx * (cy * dz - cz * dy) + ny * (cz * dx - cx * dz) + nz * (cx * dy - cy * dx) > clear
+        and nx * (dy * az - dz * ay) + ny * (dz * ax - dx * az) + nz * (dx * ay - dy * ax) > clear
+    )
+
+
+@device
 def _inverted(points, offsets, connectivity, reference, f):
     a = offsets[f]
+    if offsets[f + 1] - a == 4 and _convex(points, connectivity, a, reference, f):
+        return False
     if offsets[f + 1] - a != 3:
         return face_square(points, offsets, connectivity, f, reference) < 0.0
     o = connectivity[a]
@@ -161,6 +207,25 @@ def _shorten_each(starts, ends, points, near, reference, pinned, halvings, propo
         for v in range(starts[part], ends[part]):
             if not pinned[v]:
                 shorten(points, near, reference, halvings, v, proposed)
+
+
+@kernel
+def _count(starts, ends, before, after, offsets, connectivity, reference):
+    count = 0
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            count += newly_inverted(before, after, offsets, connectivity, reference, f)
+    return count
+
+
+def any_inverted(state: State, before: Float64, after: Float64) -> bool:
+    """Return whether steps invert a face that was not inverted."""
+    topology = state.topology
+    counts = parallel.run(
+        _count, *parallel.ranges(topology.n_faces), before, after, topology.offsets, topology.connectivity,
+        state.reference,
+    )  # fmt: skip
+    return sum(counts) > 0
 
 
 def withdraw(state: State, before: Float64, after: Float64, halvings: int, refused: UInt8) -> None:
