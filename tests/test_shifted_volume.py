@@ -32,11 +32,11 @@ def cones(mesh):
 def test_the_cubic_is_the_volume_of_the_shifted_mesh(name):
     mesh = {**meshes.USUAL, **meshes.HOSTILE}[name]()
     cubic, _, direction, area = shifted(mesh, 1, 0.0)
-    size = np.nanmax(np.abs(mesh.points))
+    size = np.abs(mesh.points[mesh.used_points]).max()
     for step in (0.0, 0.1, -0.7, 2.0):
         after = mesh.with_points(mesh.points + step * direction)
         expected = cones(after)
-        largest = np.nanmax(np.abs(after.points)) ** 3 * mesh.n_faces
+        largest = np.abs(after.points[mesh.used_points]).max() ** 3 * mesh.n_faces
         assert abs(np.polyval(cubic[::-1], step) - expected) <= 1e-14 * largest
     np.testing.assert_allclose(area, 2.0 * reference.area_vectors(mesh), atol=1e-13 * size**2)
 

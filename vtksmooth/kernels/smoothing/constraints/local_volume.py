@@ -260,7 +260,7 @@ def _shift_all(starts, ends, step, direction, after):
 
 def _root(cubic: Float64) -> float:
     """Return the root next to 0 of a cubic, by Newton's method; NaN where that does not lead there."""
-    c, b, a, d = cubic.tolist()
+    c, b, a, d = map(float, cubic)
     step = 0.0
     for _ in range(_SECANTS):
         slope = b + step * (2.0 * a + 3.0 * d * step)
@@ -453,8 +453,8 @@ class LocalVolume(Constraint):
     def _close_at_once(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
         """Close the volume by one step that is known beforehand; return whether nothing is against that.
 
-        Along the normals of the mesh that an earlier pass proposed. They hardly turn once the first passes are
-        done, and are renewed now and then.
+        Along the normals of the mesh that an earlier pass proposed. They hardly turn once the first passes
+        are done, and are renewed now and then.
         """
         vertices = parallel.ranges(len(proposed))
         if len(self._area_kept(-1)):

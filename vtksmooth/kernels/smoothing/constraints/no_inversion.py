@@ -225,7 +225,7 @@ def any_inverted(state: State, before: Float64, after: Float64) -> bool:
         _count, *parallel.ranges(topology.n_faces), before, after, topology.offsets, topology.connectivity,
         state.reference,
     )  # fmt: skip
-    return sum(counts) > 0
+    return any(counts)
 
 
 def withdraw(state: State, before: Float64, after: Float64, halvings: int, refused: UInt8) -> None:
