@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonCore import vtkStringArray
 
 from vtksmooth.errors import MeshFileError
 from vtksmooth.files import READABLE, WRITABLE, check_writable, read_surface, write_surface, writing
+from vtksmooth.filters import LaplacianSmoothing
 
 
 @pytest.fixture
@@ -93,8 +94,13 @@ def test_obj_points_with_several_texture_indices_stay_one(tmp_path):
     assert mesh.n_points == 4
     assert mesh.regular_faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert len(notes) == 1
-    assert "texture coordinates left out, as they differ at points" in notes[0]
+    assert "kept in the field array CornerTCoords only, as they differ at points" in notes[0]
     assert mesh.point_data.keys() == []
+    assert LaplacianSmoothing()(mesh).GetFieldData().HasArray("CornerTCoords")
+    assert write_surface(mesh, tmp_path / "again.obj") == []
+    again, _ = read_surface(tmp_path / "again.obj")
+    assert again.n_points == 4
+    np.testing.assert_array_equal(again.field_data["CornerTCoords"], mesh.field_data["CornerTCoords"])
 
 
 def test_obj_without_seams_is_left_alone(tmp_path):

@@ -139,6 +139,32 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path, text, what):
     assert "\n" not in str(error.value)
 
 
+def test_texture_coordinates_of_corners_survive(tmp_path):
+    text = (
+        POINTS + "vt 0 0\nvt 1 0\nvt .5 1e-3\nf 1/1 2/2 3/3\nf 1/2 3/3 4/1\nf 1 4 2\nf 2/1/ 4/2/ 3\nl 1 2\n"
+    )
+    mesh, notes = read(tmp_path, text)
+    assert mesh.point_data == {}
+    (note,) = notes
+    assert note.endswith("kept in the field array CornerTCoords only, as not every corner has one.")
+    u, v = [0, 1, 0.5], [0, 0, np.float32(1e-3)]
+    which = [0, 1, 2, 1, 2, 0, None, None, None, 0, 1, None]
+    expected = [
+        [c, u[i], v[i]] if i is not None else [c, np.nan, np.nan] for c, i in zip(CORNERS, which, strict=True)
+    ]
+    np.testing.assert_array_equal(mesh.field_data["CornerTCoords"], expected)
+    file = io.BytesIO()
+    assert obj.write(file, mesh).field_data == {"CornerTCoords"}
+    assert file.getvalue().count(b"vt ") == 3
+    back, _ = read(tmp_path, file.getvalue())
+    np.testing.assert_array_equal(back.field_data["CornerTCoords"], expected)
+    # Those of other faces are lost.
+    changed = mesh._replace(connectivity=mesh.connectivity[::-1])
+    file = io.BytesIO()
+    assert obj.write(file, changed).field_data == set()
+    assert b"vt" not in file.getvalue()
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_what_is_written_comes_back(tmp_path, dtype):
     rng = np.random.default_rng(0)

@@ -113,6 +113,25 @@ def test_writing_and_reading_keep_points_and_arrays(tmp_path):
     np.testing.assert_array_equal(again.cell_data["v_1"], mesh.cell_data["v"][:, 1])
 
 
+@pytest.mark.parametrize("n", [3, 200])
+def test_texture_coordinates_of_corners_survive(tmp_path, n):
+    points = np.random.default_rng(0).random((n, 3))
+    corners = np.concatenate((np.arange(n), [2, 1, 0]))
+    table = np.column_stack((corners, np.arange(2 * len(corners)).reshape(-1, 2)))
+    mesh = Polygons(
+        points, np.array([n, 3]), corners, {}, {"id": np.arange(2)}, field_data={"CornerTCoords": table}
+    )
+    file = io.BytesIO()
+    assert ply.write(file, mesh).field_data == {"CornerTCoords"}
+    back, notes = read(tmp_path, file.getvalue())
+    assert len(notes) == 1
+    assert "kept in the field array CornerTCoords only, as they differ" in notes[0]
+    np.testing.assert_array_equal(back.field_data["CornerTCoords"], table)
+    assert back.cell_data["id"].tolist() == [0, 1]
+    file = io.BytesIO()
+    assert ply.write(file, mesh._replace(connectivity=corners[::-1])).field_data == set()
+
+
 @pytest.mark.parametrize("binary", [True, False])
 def test_vtk_and_we_understand_each_other(tmp_path, binary):
     sphere = pv.Sphere(theta_resolution=8, phi_resolution=8)

@@ -15,7 +15,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshFileError
-from .polygons import NONE, Kept, Polygons, at_points, colours, numbered, parts
+from .polygons import (
+    CORNER_TEXTURES,
+    NONE,
+    Kept,
+    Polygons,
+    at_points,
+    colours,
+    merged,
+    numbered,
+    parts,
+)
 from .text import (
     Ints,
     Lines,
@@ -71,7 +81,8 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
         All points in the order of the file; points, lines and faces as cells. Materials, groups and objects
         become the cell arrays ``MaterialIds``, ``GroupIds`` and ``ObjectIds``, with their names in the field
         arrays ``MaterialNames``, … Colours of points become ``RGB``; texture coordinates and normals become
-        ``TCoords`` and ``Normals`` where each point has one.
+        ``TCoords`` and ``Normals`` where each point has one. Texture coordinates of corners otherwise become
+        the field array ``CornerTCoords``.
     list of str
         What was left out, one sentence each.
 
@@ -101,15 +112,20 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     defined = (at[b"v"], at[b"vt"], at[b"vn"])
     verts, segments, polygons = (_elements(name, lines, at[word], defined) for word in (b"p", b"l", b"f"))
     points, point_data = _points(name, lines, at[b"v"], notes)
+    cell_data, field_data = _parts(lines, np.concatenate((verts.lines, segments.lines, polygons.lines)))
     for skip, key, role, what in (
         (b"vt", polygons.textures, "TCoords", "texture coordinates"),
         (b"vn", polygons.normals, "Normals", "normals"),
     ):
         if len(at[skip]):
-            array = _attribute(name, lines, at[skip], key, polygons.points, len(points), what, notes)
-            if array is not None:
-                point_data[role] = array
-    cell_data, field_data = _parts(lines, np.concatenate((verts.lines, segments.lines, polygons.lines)))
+            found, why = _attribute(name, lines, at[skip], key, polygons.points, len(points), what)
+            if found is not None and not why:
+                point_data[role] = found
+            elif role == "TCoords" and found is not None:
+                field_data[CORNER_TEXTURES] = np.column_stack((polygons.points, found)).astype(np.float64)
+                notes.append(f"{name}: {what} are kept in the field array {CORNER_TEXTURES} only, as {why}.")
+            else:
+                notes.append(f"{name}: {what} left out, as {why}.")
     _say_ignored(name, lines, at, notes)
     return (
         Polygons(
@@ -253,21 +269,16 @@ def _bad_element(name: str, text: Text) -> MeshFileError:
 
 
 def _attribute(
-    name: str,
-    lines: Lines,
-    which: Ints,
-    indices: Ints,
-    corners: Ints,
-    n_points: int,
-    what: str,
-    notes: list[str],
-) -> npt.NDArray[np.float32] | None:
-    """Return texture coordinates or normals at points; None, with a note, where that cannot be."""
+    name: str, lines: Lines, which: Ints, indices: Ints, corners: Ints, n_points: int, what: str
+) -> tuple[npt.NDArray[np.float32] | None, str]:
+    """Return texture coordinates or normals of points.
+
+    Where they cannot be those of points, return those of corners, NaN where one has none, or None; and why.
+    """
     if indices.max(initial=-1) == indices.min(initial=-1) == -1:
         # No element refers to them; some programs write one for each point, all the same.
         if len(which) != n_points:
-            notes.append(f"{name}: {what} left out, as no face refers to them.")
-            return None
+            return None, "no face refers to them"
         indices, corners = np.arange(n_points), np.arange(n_points)
     least = int(indices.min())
     if least < -1 or indices.max() >= len(which):
@@ -277,22 +288,20 @@ def _attribute(
             f"{name} is damaged: an element refers to number {worst} of its {what}, which are "
             f"numbered 1 to {len(which)}; export it again."
         )
-    if least == -1:
-        notes.append(f"{name}: {what} left out, as not every corner has one.")
-        return None
     columns = 2 if what == "texture coordinates" else 3
     table = rows(without_comments(lines.after(which, 2)))
     if table is None:
-        notes.append(f"{name}: {what} left out, as they are not all numbers.")
-        return None
+        return None, "they are not all numbers"
     with np.errstate(over="ignore"):
         values = table.columns(columns).astype(np.float32)
+    if least == -1:
+        return np.where(indices[:, None] < 0, np.float32(np.nan), values[indices]), "not every corner has one"
     if len(values) == n_points and np.array_equal(indices, corners):
-        return values  # one for each point, also for those without a face
+        return values, ""  # one for each point, also for those without a face
     array = at_points(n_points, corners, values[indices])
-    if array is None:
-        notes.append(f"{name}: {what} left out, as they differ at points between the faces there.")
-    return array
+    return (
+        (values[indices], "they differ at points between the faces there") if array is None else (array, "")
+    )
 
 
 def _parts(lines: Lines, elements: Ints) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
@@ -358,6 +367,16 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
     write_table(file, "v", table)
     if textures:
         write_table(file, "vt", mesh.point_data[textures][:, :2])
+    of_corners = None if textures else mesh.corner_textures()
+    if of_corners is not None:
+        there = np.asarray(~np.isnan(of_corners).any(axis=1))
+        distinct, numbers = merged(np.column_stack((of_corners[there], np.zeros(there.sum()))))
+        write_table(file, "vt", distinct[:, :2])
+        texture = np.zeros(len(there), np.int64)
+        texture[there] = numbers + 1
+        kept.field_data.add(CORNER_TEXTURES)
+    else:
+        texture = mesh.connectivity + 1 if textures else np.zeros(len(mesh.connectivity), np.int64)
     if normals:
         write_table(file, "vn", mesh.point_data[normals][:, :3])
     named = {}
@@ -368,10 +387,11 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
             kept.cell_data.add(f"{found[0]}Ids")
             kept.field_data.add(f"{found[0]}Names")
     first = 0
-    for word, (sizes, corners), columns in (
-        ("p", mesh.verts, (True,)),
-        ("l", mesh.lines, (True,)),
-        ("f", (mesh.sizes, mesh.connectivity), (True, textures is not None, normals is not None)),
+    points = mesh.connectivity + 1
+    for word, sizes, corners in (
+        ("p", mesh.verts[0], mesh.verts[1][:, None] + 1),
+        ("l", mesh.lines[0], mesh.lines[1][:, None] + 1),
+        ("f", mesh.sizes, np.column_stack((points, texture, points if normals else np.zeros_like(points)))),
     ):
         before: dict[int, str] = {}
         for statement, (_, which, names) in named.items():
@@ -380,7 +400,6 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
             for i in changes.tolist():
                 part = " ".join(names[here[i]].split()) or f"part_{here[i]}"
                 before[i] = f"{before.get(i, '')}{statement} {part}\n"
-        numbers = np.outer(corners + 1, columns)
-        write_elements(file, word, sizes, numbers, before)
+        write_elements(file, word, sizes, corners, before)
         first += len(sizes)
     return kept

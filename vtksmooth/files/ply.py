@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshFileError
-from .polygons import NONE, Kept, Polygons, at_points
+from .polygons import CORNER_TEXTURES, NONE, Kept, Polygons, at_points
 from .text import decoded, quoted, rows
 
 _HEAD = 1 << 20
@@ -291,9 +291,22 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     if corners is not None:
         sizes, connectivity = face[corners][0], _indices(path, face[corners][1])
         cell_data = _arrays(face, kinds["face"])
+    field_data: dict[str, Array] = {}
     used: set[str | None] = {corners}
-    if corners is not None and _corner_textures(face, corners, len(points), connectivity, point_data):
+    textures = None if corners is None else _corner_textures(face, corners, len(points), connectivity)
+    if textures is not None and "TCoords" not in point_data:
         used.add("texcoord")
+        array = at_points(len(points), connectivity, textures)
+        if array is not None:
+            point_data["TCoords"] = array
+        elif strip is None:
+            field_data[CORNER_TEXTURES] = np.column_stack((connectivity, textures)).astype(np.float64)
+            notes.append(
+                f"{path.name}: texture coordinates are kept in the field array {CORNER_TEXTURES} only, as "
+                "they differ at points between the faces there."
+            )
+        else:
+            used.discard("texcoord")
     if strip is not None:
         triangles = _triangles(strips[strip][0], _indices(path, strips[strip][1]))
         notes.append(f"{path.name}: triangle strips were taken as their {len(triangles)} triangles.")
@@ -324,7 +337,9 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     ]
     if ignored:
         notes.append(f"{path.name}: {', '.join(ignored)} left out (kept: points, faces, single values).")
-    return Polygons(points, sizes, connectivity, point_data, cell_data, lines=lines), notes
+    return Polygons(
+        points, sizes, connectivity, point_data, cell_data, lines=lines, field_data=field_data
+    ), notes
 
 
 def _indices(path: Path, values: Array) -> npt.NDArray[np.int64]:
@@ -344,26 +359,18 @@ def _padded(array: Array, before: int, behind: int) -> Array:
 
 
 def _corner_textures(
-    face: dict[str, tuple[Array, Array]],
-    corners: str,
-    n_points: int,
-    connectivity: Array,
-    point_data: dict[str, Array],
-) -> bool:
-    """Move texture coordinates from the faces' corners to the points; say whether that can be done."""
+    face: dict[str, tuple[Array, Array]], corners: str, n_points: int, connectivity: Array
+) -> Array | None:
+    """Return the texture coordinates of the faces' corners, (k, 2); None without one for each."""
     lengths, values = face.get("texcoord", NONE)
     if (
         not len(values)
-        or "TCoords" in point_data
         or not np.array_equal(lengths, 2 * face[corners][0])
         or connectivity.min() < 0
         or connectivity.max() >= n_points
     ):
-        return False
-    array = at_points(n_points, connectivity, values.reshape(-1, 2))
-    if array is not None:
-        point_data["TCoords"] = array
-    return array is not None
+        return None
+    return values.reshape(-1, 2)
 
 
 def _triangles(lengths: Array, corners: Array) -> Array:
@@ -425,12 +432,19 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
     header += [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in vertex]
     mesh = mesh.without_verts()
     n_lines = len(mesh.lines[0])
-    columns = _columns(mesh.cell_data, {}, {"vertex_indices", "vertex_index", "vertex1", "vertex2"})
+    columns = _columns(
+        mesh.cell_data, {}, {"vertex_indices", "vertex_index", "vertex1", "vertex2", "texcoord"}
+    )
     properties = [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns]
     face = [(name, column[n_lines:]) for name, column in columns]
     largest = int(mesh.sizes.max(initial=0))
     count_type = "u1" if largest < 256 else "i4"
     header.append(f"element face {len(mesh.sizes)}\nproperty list {_NAMES[count_type]} int vertex_indices")
+    textures = None if mesh.name_of("TCoords", 2) else mesh.corner_textures()
+    textures_type = "u1" if 2 * largest < 256 else "i4"
+    if textures is not None:
+        header.append(f"property list {_NAMES[textures_type]} float texcoord")
+        kept.field_data.add(CORNER_TEXTURES)
     header += properties
     line, ends = _segments(*mesh.lines)
     if len(line):
@@ -446,10 +460,15 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
     for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
         size = int(mesh.sizes[a])
         row_type = [("count", count_type), ("corners", "i4", (size,))]
+        if textures is not None:
+            row_type += [("texcoords", textures_type), ("texcoord", "f4", (2 * size,))]
         row_type += [(f"{i}", column.dtype) for i, (_, column) in enumerate(face)]  # type: ignore[misc]
         table = np.empty(b - a, dtype=row_type)
         table["count"] = size
         table["corners"] = mesh.connectivity[starts[a] : starts[b]].reshape(b - a, size)
+        if textures is not None:
+            table["texcoords"] = 2 * size
+            table["texcoord"] = textures[starts[a] : starts[b]].reshape(b - a, 2 * size)
         for i, (_, column) in enumerate(face):
             table[f"{i}"] = column[a:b]
         file.write(table.tobytes())

@@ -14,6 +14,10 @@ Ints = npt.NDArray[np.int64]
 #: Odd numbers whose multiples are spread over 64 bits.
 _MIXING = tuple(np.uint64(i) for i in (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9))
 
+#: The field array of texture coordinates that differ at a point between the faces there: for each corner of
+#: the faces, one after the other, the point and the two coordinates, NaN where a corner has none.
+CORNER_TEXTURES = "CornerTCoords"
+
 NONE: tuple[Ints, Ints] = (np.empty(0, np.int64), np.empty(0, np.int64))
 
 
@@ -64,6 +68,13 @@ class Polygons(NamedTuple):
         array = self.point_data.get(name)
         fits = array is not None and array.ndim == 2 and array.shape[1] >= components
         return name if fits else None
+
+    def corner_textures(self) -> Array | None:
+        """Return texture coordinates of the faces' corners, (k, 2); None without any for these faces."""
+        array = self.field_data.get(CORNER_TEXTURES)
+        if array is None or array.shape != (len(self.connectivity), 3):
+            return None
+        return array[:, 1:] if np.array_equal(array[:, 0], self.connectivity) else None
 
     def colours(self, data: dict[str, Array]) -> str | None:
         """Return the name of the array of colours among `data` that text formats can hold, or None."""
