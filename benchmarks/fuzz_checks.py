@@ -350,6 +350,41 @@ def boundary_points(mesh: Plain) -> npt.NDArray[np.int64]:
     return np.unique(ends).astype(np.int64)
 
 
+def inner_edges(triangles: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the ends of edges that two triangles have, one in each direction, and these triangles."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for number, (a, b, c) in enumerate(triangles.tolist()):
+        for edge in ((a, b), (b, c), (c, a)):
+            found.setdefault(edge, []).append(number)
+    both = [
+        (edge, sides[0], found[edge[::-1]][0])
+        for edge, sides in found.items()
+        if edge[0] < edge[1] and len(sides) == len(found.get(edge[::-1], ())) == 1
+    ]
+    ends = np.array([edge for edge, _, _ in both], np.int64).reshape(-1, 2)
+    return ends, np.array([sides for _, *sides in both], np.int64).reshape(-1, 2)
+
+
+def dihedral_degrees(
+    points: Float64,
+    triangles: npt.NDArray[np.int64],
+    ends: npt.NDArray[np.int64],
+    faces: npt.NDArray[np.int64],
+) -> tuple[Float64, npt.NDArray[np.bool_]]:
+    """Return the signed angle between the normals of the faces of each edge, and whether it is clear."""
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    length = np.linalg.norm(normals, axis=1)
+    clear = (length > 1e-6 * sides.max(axis=1) ** 2) & (sides.min(axis=1) > 1e-9)
+    first, second = (normals[faces[:, side]] for side in (0, 1))
+    along = points[ends[:, 1]] - points[ends[:, 0]]
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    sine = (np.cross(first, second) * along).sum(axis=1)
+    degrees = np.degrees(np.arctan2(sine, (first * second).sum(axis=1)))
+    return degrees, clear[faces].all(axis=1)
+
+
 # ------------------------------------------------------------------------------------------- checks
 
 
@@ -482,6 +517,8 @@ class Check:
             )
         self.surface(size, rounding, moved, used)
         self.elements(exact, report)
+        if exact and self.value("crease_angle") is not None:
+            self.creases(size)
         self.volumes(size, rounding, report)
 
     def surface(self, size: float, rounding: float, moved: npt.NDArray[np.bool_], used: Any) -> None:
@@ -546,6 +583,30 @@ class Check:
                 "null space: inverted", f"{inverted[0]} -> {inverted[1]} faces",
                 self.alone("null_space", "corrections", "preserve_volume", "features"),
             )  # fmt: skip
+
+    def creases(self, size: float) -> None:
+        """Check that edges that were sharp are, where slivers do not leave that to rounding."""
+        triangles, angle = self.before.triangles, self.value("crease_angle")
+        if triangles is None or len(np.unique(places(self.before.points))) < len(self.before.points):
+            return
+        ends, faces = inner_edges(triangles)
+        degrees, clear = zip(
+            *(
+                dihedral_degrees(mesh.points / size, triangles, ends, faces)
+                for mesh in (self.before, self.after)
+            ),
+            strict=True,
+        )
+        sharp = clear[0] & clear[1] & (np.abs(degrees[0]) > angle + 1e-4)
+        now = np.sign(degrees[0][sharp]) * degrees[1][sharp]
+        # An angle of 180 degrees has no sign.
+        flat = (now < angle - 1e-4) & (np.abs(degrees[0][sharp]) < 179.0)
+        if flat.any():
+            self.say(
+                "creases flattened",
+                f"{int(flat.sum())} of {len(flat)}, one to {now[flat].min():.4g} degrees, bound {angle:.4g}",
+                self.alone("crease_angle", "gate", "tangent_plane"),
+            )
 
     def volumes(self, size: float, rounding: float, report: Any) -> None:
         """Check the volume of closed bodies."""

@@ -5,11 +5,12 @@ import sys
 import time
 from pathlib import Path
 
+import meshes
 import numpy as np
 import pytest
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtksmooth.filters import FILTERS, SurfaceQuality, TrapeziumDrawing
+from vtksmooth.filters import FILTERS, LaplacianSmoothing, SurfaceQuality, TrapeziumDrawing
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
@@ -46,6 +47,15 @@ class Moving(TrapeziumDrawing):
         return made
 
 
+class Flattening(LaplacianSmoothing):
+    """A filter that makes everything flat."""
+
+    def execute(self, source):
+        made = super().execute(source)
+        made.GetPoints().GetData().FillComponent(2, 0.0)
+        return made
+
+
 class Failing(SurfaceQuality):
     """A filter with a fault in its program."""
 
@@ -68,6 +78,16 @@ def test_what_goes_wrong_is_found(program, cls, parameters, kind):
     odd = odd_meshes.Odd("a sheet", mesh, {})
     assert checks.exercise(cls.__bases__[0], odd, parameters)[1] == []
     assert kind in [finding.kind for finding in checks.exercise(cls, odd, parameters)[1]]
+
+
+def test_flattened_creases_are_found(program):
+    checks, odd_meshes = program("fuzz_checks"), program("odd_meshes")
+    cube = meshes.cube(3, triangles=True)
+    odd = odd_meshes.Odd("a cube", meshes.polydata(cube), {})
+    parameters = {"iterations": 2, "crease_angle": 40.0}
+    assert checks.exercise(LaplacianSmoothing, odd, parameters)[1] == []
+    found = [finding.kind for finding in checks.exercise(Flattening, odd, parameters)[1]]
+    assert "creases flattened" in found
 
 
 def test_a_process_that_hangs_is_ended_with_all_that_it_started(program):
