@@ -766,13 +766,14 @@ def how_many(page: Page, meshes: Sequence[tuple[str, pv.PolyData]]) -> None:
                 n, f"{s['aspect_ratio']['min']:.3f}", f"{s['aspect_ratio']['mean']:.3f}", f"{state.good:.1f}",
                 s["inverted"], tables.number(s["normal_deviation"]["mean"]),
                 tables.number(state.node_dihedral[1]), tables.number(100 * s["deviation"]["max_relative"]),
-                tables.number(100 * s["deviation"]["mean"] / meshes_diagonal(state.mesh)),
+                tables.number(100 * s["deviation"]["mean_relative"]),
+                tables.number(100 * s["deviation"]["back"]["max_relative"]),
                 tables.number(state.volume),
             ])  # fmt: skip
         page.table(
             [f"{name}: passes", "k min", "k mean", "k ≥ 0.6, %", "inverted", "Δα_n mean, °",
              "Δλ nodes mean, °",
-             "deviation max, %", "mean, %", "ΔVol, %"],
+             "deviation max, %", "mean, %", "back: max, %", "ΔVol, %"],
             rows,
         )  # fmt: skip
     shares = []
@@ -793,10 +794,9 @@ def how_many(page: Page, meshes: Sequence[tuple[str, pv.PolyData]]) -> None:
         passes that suits all meshes, but there
         are two rules that do: stop when a pass gains too little (`stop_gain`), and bound what may change
         (`stop_normal_deviation`, `stop_dihedral_change`, `stop_deviation_fraction`, `stop_volume_percent`;
-        the pass that would exceed the bound is undone). With at most 100 passes (deviations in this table
-        are those of the result's
-        points from the original surface, which the rules bound; the way back, from what the result cuts off
-        at sharp corners, is longer and part of the tables above):"""
+        the pass that would exceed the bound is undone). The rules bound the deviation of the result's points
+        from the original surface; the way back, from what the result cuts off at sharp corners, is mostly longer.
+        With at most 100 passes:"""
     )
     rules: list[tuple[str, dict[str, Any]]] = [
         ("gain of mean k < 0.005", {"stop_gain": 0.005}),
@@ -813,11 +813,10 @@ def how_many(page: Page, meshes: Sequence[tuple[str, pv.PolyData]]) -> None:
         for _, mesh in meshes:
             algorithm = TrapeziumDrawing(iterations=100, **keywords)
             state = smoothed(mesh, algorithm)
-            # One way, as the rules measure it: from the result's points to the original surface.
             row.append(
                 f"{algorithm.report.iterations} ({algorithm.report.stop_reason}): "
                 f"{state.summary['aspect_ratio']['mean']:.3f}, "
-                f"{tables.number(100 * float(state.mesh['Deviation'].max()) / state.mesh.length, 2)} %"
+                f"{tables.number(100 * state.summary['deviation']['max_relative'], 2)} %"
             )
         rows.append(row)
     page.table(["passes (why it stopped): mean k, largest deviation", *(name for name, _ in meshes)], rows)
@@ -833,11 +832,6 @@ def how_many(page: Page, meshes: Sequence[tuple[str, pv.PolyData]]) -> None:
         page.lines += ["![Quality and deviation by pass](pictures/passes.png)", ""]
 
 
-def meshes_diagonal(mesh: pv.PolyData) -> float:
-    """Diagonal of the bounding box."""
-    return float(mesh.length)
-
-
 def _curves(curves: dict[str, list[State]], all_passes: Sequence[int], path: Path) -> None:
     figure = tables.Figure(figsize=(11.0, 4.2), layout="constrained", dpi=100)
     tables.FigureCanvasAgg(figure)
@@ -846,7 +840,7 @@ def _curves(curves: dict[str, list[State]], all_passes: Sequence[int], path: Pat
         left.plot(
             [0, *all_passes], [s.summary["aspect_ratio"]["mean"] for s in states], "o-", ms=3, label=name
         )
-        deviation = [100 * s.summary["deviation"]["mean"] / meshes_diagonal(s.mesh) for s in states]
+        deviation = [100 * s.summary["deviation"]["mean_relative"] for s in states]
         right.plot([0, *all_passes], deviation, "o-", ms=3, label=name)
     left.set_ylabel("mean k")
     right.set_ylabel("mean deviation, % of the diagonal")

@@ -77,7 +77,7 @@ def test_readme_quotes_the_figures(results):
     for said, quoted in [
         ("fell from 9.0 to 0.3 %", "fall from 9.0 % to 0.3 %"),
         ("the mean k rose from 0.685 to 0.880", "the mean of k rises from 0.685 to 0.880"),
-        ("by at most 0.25 % of the diagonal", "by at most 0.25 % of its diagonal"),
+        ("original's at most 0.25 % from the", "more than 0.25 % of the diagonal away from the result"),
         ("fell from 13.4 to 1.3 %", "fall from 13.4 % to 1.3 %"),
         ("the mean k rose from 0.479 to 0.608", "the mean of k rises from 0.48 to 0.61"),
         ("fell from 7.3 to 4.2 %", "fall from 7.3 % to 4.2 %"),
@@ -146,9 +146,11 @@ def test_output_that_is_a_file(tmp_path):
 def test_verdict_says_which_way_the_mean_went(mean, words):
     before = {"histogram": [1.0, 20.0, 0, 0, 0, 79.0], "mean": 0.5, "min": -0.1}
     after = {"histogram": [0.0, 10.0, 0, 0, 0, 90.0], "mean": mean, "min": -0.1}
-    last = {"aspect_ratio": after, "deviation": {"max_relative": 0.001}}
+    last = {"aspect_ratio": after, "deviation": {"max_relative": 0.001, "back": {"max_relative": 0.002}}}
     verdict = demo._verdict({"before": {"aspect_ratio": before}, "passes": {"5": last}})
     assert words in verdict
     assert "fell from 21.0 to 10.0 %" in verdict
+    assert "at most 0.1 % of the diagonal from the original surface" in verdict
+    assert "at most 0.2 % from the result" in verdict
     assert "the smallest k stayed at -0.100" in verdict
     assert ("hardly changes" in verdict) == (mean < 0.5)

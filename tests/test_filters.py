@@ -541,7 +541,7 @@ def test_comparison_of_a_stretched_cube() -> None:
     np.testing.assert_array_equal(displacement, points - points_of(original))
 
 
-def test_the_deviation_of_the_summary_is_that_of_the_array() -> None:
+def test_deviation_there_and_back() -> None:
     original = pv.Icosphere(nsub=3)
     original.points += np.random.default_rng(0).normal(scale=0.03, size=original.points.shape)
     result = pv.wrap(LaplacianSmoothing(iterations=5)(original))
@@ -549,10 +549,26 @@ def test_the_deviation_of_the_summary_is_that_of_the_array() -> None:
     deviation = vtk_to_numpy(comparison(result, original).GetPointData().GetArray("Deviation"))
     surfaces = [surface_of(mesh).mesh for mesh in (original, result)]
     expected = [ClosestPoint(a).query(b.points)[1] for a, b in (surfaces, surfaces[::-1])]
-    np.testing.assert_array_equal(deviation, np.maximum(*expected))
-    assert deviation.max() > expected[0].max()
-    assert comparison.summary["deviation"]["max"] == deviation.max()
-    assert comparison.summary["deviation"]["mean"] == pytest.approx(deviation.mean())
+    np.testing.assert_array_equal(deviation, expected[0])
+    found = comparison.summary["deviation"]
+    for figures, distances in zip((found, found["back"]), expected, strict=True):
+        assert figures["max"] == distances.max()
+        assert figures["mean"] == pytest.approx(distances.mean())
+        for part in ("max", "mean"):
+            assert figures[f"{part}_relative"] == pytest.approx(figures[part] / surfaces[0].diagonal)
+    # Peaks are smoothed away: the way back is longer.
+    assert found["back"]["max"] > found["max"]
+
+
+def test_the_bound_on_the_deviation_shows_in_the_comparison() -> None:
+    original = pv.Icosphere(nsub=3)
+    original.points += np.random.default_rng(0).normal(scale=0.03, size=original.points.shape)
+    result = LaplacianSmoothing(iterations=20, max_deviation_fraction=0.005)(original)
+    comparison = SurfaceComparison()
+    comparison(result, original)
+    found = comparison.summary["deviation"]
+    assert 0.0045 < found["max_relative"] <= 0.005 * (1 + 1e-5)  # points are rounded to single precision
+    assert found["back"]["max_relative"] > 0.006
 
 
 def test_comparison_with_itself_is_zero() -> None:
@@ -568,7 +584,8 @@ def test_comparison_of_faces_that_are_no_surface(faces: list[list[int]]) -> None
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     comparison = SurfaceComparison()
     output = comparison(polydata(points + 1.0, faces), polydata(points, faces))
-    assert comparison.summary["deviation"] == {"max": 0.0, "mean": 0.0, "max_relative": 0.0}
+    nothing = {"max": 0.0, "mean": 0.0, "max_relative": 0.0, "mean_relative": 0.0}
+    assert comparison.summary["deviation"] == nothing | {"back": nothing}
     assert not vtk_to_numpy(output.GetPointData().GetArray("Deviation")).any()
 
 

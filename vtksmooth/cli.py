@@ -611,8 +611,10 @@ def _print_changes(summary: dict[str, Any]) -> None:
     print(f"\n{'':<30}{'max':>12}{'mean':>12}")
     print(f"{'normal deviation, deg':<30}{normal['max']:12.4g}{normal['mean']:12.4g}")
     print(f"{'dihedral change, deg':<30}{dihedral['max']:12.4g}{dihedral['mean']:12.4g}")
-    print(f"{'deviation':<30}{deviation['max']:12.4g}{deviation['mean']:12.4g}")
-    print(f"{'deviation, % of the diagonal':<30}{100 * deviation['max_relative']:12.4g}")
+    for way, figures in (("result to original", deviation), ("original to result", deviation["back"])):
+        print(f"{way:<30}{figures['max']:12.4g}{figures['mean']:12.4g}")
+        relative = (100 * figures[f"{part}_relative"] for part in ("max", "mean"))
+        print(f"{'  in % of the diagonal':<30}{''.join(f'{value:12.4g}' for value in relative)}")
     volume = summary["volume_change_percent"]
     if volume is not None:
         print(f"{'volume change, %':<30}{volume:12.4g}")

@@ -187,7 +187,7 @@ def _verdict(result: dict[str, Any]) -> str:
             " A vertex moves only if the worst face round it improves, so the poor faces become fewer while"
             " the mean hardly changes."
         )
-    if after["deviation"]["max_relative"] > _CONSPICUOUS:
+    if max(tables.largest_deviations(after)) > _CONSPICUOUS:
         text += (
             " Sharp tips and edges are not held: pin their points by a point array (--fixed), or bound the"
             " motion (--max-deviation-fraction)."

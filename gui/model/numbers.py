@@ -79,8 +79,18 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
             Row("normals, mean", "", f"{comparison['normal_deviation']['mean']:.4g}°"),
             Row("dihedral angles, max", "", f"{comparison['dihedral_change']['max']:.4g}°"),
             Row("dihedral angles, mean", "", f"{comparison['dihedral_change']['mean']:.4g}°"),
-            Row(labelled("deviation, max", unit), "", number(comparison["deviation"]["max"])),
-            Row("of the diagonal", "", f"{100 * comparison['deviation']['max_relative']:.4g} %"),
+            *(
+                row
+                for way, figures in (
+                    ("deviation", comparison["deviation"]),
+                    ("deviation back", comparison["deviation"]["back"]),
+                )
+                for row in (
+                    Row(labelled(f"{way}, max", unit), "", number(figures["max"])),
+                    Row(labelled(f"{way}, mean", unit), "", number(figures["mean"])),
+                    Row(f"{way}, max, of the diagonal", "", f"{100 * figures['max_relative']:.4g} %"),
+                )
+            ),
         ]
     found = [*_difference(subject, unit), *found]
     rare = ("quadrilaterals", "larger polygons")

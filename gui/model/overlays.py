@@ -144,7 +144,7 @@ OVERLAYS: tuple[Overlay, ...] = (
     ),
     Overlay(
         "deviation", "Deviation", "Deviation", "comparison",
-        "Distance between the surfaces before and after, at each point.",
+        "Distance of each point to the surface before.",
         "", "before", (0.0005, 0.002, 0.005), True,
     ),
     Overlay(

@@ -338,8 +338,10 @@ def test_the_unit_stands_wherever_a_length_does(user, plane):
     assert user.window.action(f"unit_{unit}").isChecked()
     assert f"lengths in {unit}" in user.window.figures.text()
     rows = {row.name: row.after for row in user.window.numbers.rows}
-    assert {f"deviation, max [{unit}]", f"swept volume [{unit}³]"} <= set(rows)
-    assert "%" in rows["of the diagonal"]
+    assert {f"deviation, max [{unit}]", f"deviation back, max [{unit}]", f"swept volume [{unit}³]"} <= set(
+        rows
+    )
+    assert "%" in rows["deviation, max, of the diagonal"]
     for overlay, shown in (("deviation", unit), ("mean_curvature", powered(unit, -1)), ("aspect_ratio", "")):
         user.do(f"overlay_{overlay}")
         label = user.window.histogram.plot.getAxis("bottom").labelText

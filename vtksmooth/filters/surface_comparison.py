@@ -22,9 +22,9 @@ class SurfaceComparison(Filter):
 
     Adds to the result the point arrays ``NormalDeviation`` (angle between vertex normals, degrees),
     ``DihedralChange`` (largest change of the signed dihedral angle of the edges at the point, degrees),
-    ``Displacement`` (vector) and ``Deviation`` (distance between the surfaces: from the point to the original
-    surface, or from its original to the result, whichever is larger), and the cell array ``AspectRatio``,
-    signed against the original's directions. Both meshes must have the same points and faces.
+    ``Displacement`` (vector) and ``Deviation`` (distance of the point to the original surface, which
+    ``max_deviation_fraction`` bounds), and the cell array ``AspectRatio``, signed against the original's
+    directions. Both meshes must have the same points and faces.
 
     Maximum and mean of the dihedral change are those of the edges that have a dihedral angle: edges of
     exactly two faces that agree on the orientation and have an area in both meshes. Edges of the boundary and
@@ -36,6 +36,9 @@ class SurfaceComparison(Filter):
     summary : dict
         The figures of ``vtksmooth compare --json``; also in the output's field data. For open meshes
         ``volume_change_percent`` is None; ``swept_volume`` is the volume between the two surfaces.
+        ``deviation`` has the largest and the mean distance of the result's points to the original surface
+        and, under ``back``, of the original's points to the result, which is larger where a corner is cut
+        off. ``max_relative`` and ``mean_relative`` are fractions of the original's diagonal.
 
     Examples
     --------
@@ -79,27 +82,21 @@ class SurfaceComparison(Filter):
         used = np.zeros(before.mesh.n_points, np.bool_)
         used[before.mesh.connectivity[np.repeat(sizes >= 3, sizes)]] = True
         deviation = np.zeros(before.mesh.n_points)
-        there = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
+        deviation[used] = ClosestPoint(before.mesh).query(after.mesh.points[used])[1]
         self.progress(0.7)
-        deviation[used] = np.maximum(there, ClosestPoint(after.mesh).query(before.mesh.points[used])[1])
+        back = ClosestPoint(after.mesh).query(before.mesh.points[used])[1]
         self.progress(0.9)
         k = aspect_ratio.aspect_ratios(after.mesh, aspect_ratio.reference_directions(before.mesh))
         swept = comparison.swept_volume(before.mesh, after.mesh)
         summary = summary_of(after, near, faces_with_area(after.mesh, k))
         summary["points"] = self.points_given(result)
-        diagonal = before.mesh.diagonal
-        largest = float(deviation.max())
         volume = comparison.signed_volume(before.mesh) if summary["closed"] else 0.0
         summary |= {
             "normal_deviation": _statistics(normals),
             "dihedral_change": _statistics(dihedral),
             "volume_change_percent": 100.0 * swept / abs(volume) if volume else None,
             "swept_volume": swept,
-            "deviation": {
-                "max": largest,
-                "mean": float(deviation[used].mean()) if used.any() else 0.0,
-                "max_relative": largest / diagonal if diagonal > 0 else 0.0,
-            },
+            "deviation": deviation_figures(deviation[used], back, before.mesh.diagonal),
         }
         self.summary = summary
         output = output_like(result)
@@ -116,9 +113,23 @@ class SurfaceComparison(Filter):
         ):
             add_field(output, f"{name}Max", summary[key]["max"])
             add_field(output, f"{name}Mean", summary[key]["mean"])
+        add_field(output, "DeviationBackMax", summary["deviation"]["back"]["max"])
+        add_field(output, "DeviationBackMean", summary["deviation"]["back"]["mean"])
         add_field(output, "SweptVolume", swept)
         self.progress(1.0)
         return output
+
+
+def deviation_figures(there: np.ndarray, back: np.ndarray, diagonal: float) -> dict[str, Any]:
+    """Return the largest and the mean of distances, and of those back; `diagonal` is the original's."""
+
+    def figures(distances: np.ndarray) -> dict[str, Any]:
+        largest = float(distances.max(initial=0.0))
+        mean = float(distances.mean()) if len(distances) else 0.0
+        per = 1.0 / diagonal if diagonal > 0 else 0.0
+        return {"max": largest, "mean": mean, "max_relative": per * largest, "mean_relative": per * mean}
+
+    return figures(there) | {"back": figures(back)}
 
 
 def _statistics(values: np.ndarray) -> dict[str, float]:

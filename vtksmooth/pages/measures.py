@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InvalidMeshError
 from ..filters import Filter, SurfaceComparison, SurfaceQuality
 from ..filters.arrays import Surface, surface_of
+from ..filters.surface_comparison import deviation_figures
 from ..filters.surface_quality import ASPECT_RATIO
 from ..kernels.distance.closest_point import ClosestPoint
 
@@ -85,19 +86,13 @@ def measure(original: Any, result: Any, apply: Callable[..., Any] = Filter.__cal
 def _distances(before: dict[str, Any], after: dict[str, Any], original: Any, result: Any) -> dict[str, Any]:
     """Return what :class:`SurfaceComparison` says of meshes with other faces too."""
     a, b = surface_of(original), surface_of(result)
-    distances = np.concatenate((_distance(a, b), _distance(b, a)))
-    largest, diagonal = float(distances.max()), a.mesh.diagonal
     closed = before["closed"] and after["closed"] and before["volume"]
     change = 100.0 * (after["volume"] - before["volume"]) / abs(before["volume"]) if closed else None
     return {
         "normal_deviation": {"max": None, "mean": None},
         "dihedral_change": {"max": None, "mean": None},
         "volume_change_percent": change,
-        "deviation": {
-            "max": largest,
-            "mean": float(distances.mean()),
-            "max_relative": largest / diagonal if diagonal > 0 else 0.0,
-        },
+        "deviation": deviation_figures(_distance(b, a), _distance(a, b), a.mesh.diagonal),
     }
 
 

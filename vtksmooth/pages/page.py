@@ -84,7 +84,7 @@ def make_page(
     if not measured.same_faces:
         sentences.append(
             "The result has other points or faces than the original: normals and dihedral angles have no "
-            "counterparts; the deviation is that of the two surfaces."
+            "counterparts; the distances are those of the two surfaces."
         )
     drawn: list[tuple[str, bytes]] = []
     try:

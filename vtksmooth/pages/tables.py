@@ -37,16 +37,24 @@ def quality_rows(states: Sequence[Summary]) -> Rows:
 def change_rows(states: Sequence[Summary]) -> Rows:
     """Return the differences from the original, one column for each state (the papers' second table)."""
 
-    def row(name: str, key: str, part: str, factor: float = 1.0) -> list[str]:
-        return [name, *(number(state[key][part], factor) for state in states)]
+    def row(name: str, key: str, part: str) -> list[str]:
+        return [name, *(number(state[key][part]) for state in states)]
 
+    ways = [
+        ("result to original", [state["deviation"] for state in states]),
+        ("original to result", [state["deviation"]["back"] for state in states]),
+    ]
     return [
         row("dihedral angles, largest change, degrees", "dihedral_change", "max"),
         row("dihedral angles, mean change, degrees", "dihedral_change", "mean"),
         row("vertex normals, largest change, degrees", "normal_deviation", "max"),
         row("vertex normals, mean change, degrees", "normal_deviation", "mean"),
         ["volume, change in %", *(volume_change(state) for state in states)],
-        row("largest deviation, % of the diagonal", "deviation", "max_relative", 100.0),
+        *(
+            [f"{which} distance, {way}, % of the diagonal", *(number(one[part], 100.0) for one in figures)]
+            for way, figures in ways
+            for which, part in (("largest", "max_relative"), ("mean", "mean_relative"))
+        ),
     ]
 
 
@@ -93,8 +101,15 @@ def verdict(before: Summary, after: Summary) -> list[str]:
         compared("the share of poor faces (k < 0.2)", poor(before), poor(after), 1) + " %",
         compared("the mean k", old["mean"], new["mean"], 3),
         compared("the smallest k", old["min"], new["min"], 3),
-        f"the surface deviates by at most {100 * after['deviation']['max_relative']:.2g} % of the diagonal",
+        "the result's points are at most {:.2g} % of the diagonal from the original surface, the original's "
+        "at most {:.2g} % from the result".format(*(100 * largest for largest in largest_deviations(after))),
     ]
+
+
+def largest_deviations(summary: Summary) -> tuple[float, float]:
+    """Return the largest distance from the result to the original and back, in parts of the diagonal."""
+    deviation = summary["deviation"]
+    return deviation["max_relative"], deviation["back"]["max_relative"]
 
 
 def poor(summary: Summary) -> float:
