@@ -795,8 +795,8 @@ def how_many(page: Page, meshes: Sequence[tuple[str, pv.PolyData]]) -> None:
         are two rules that do: stop when a pass gains too little (`stop_gain`), and bound what may change
         (`stop_normal_deviation`, `stop_dihedral_change`, `stop_deviation_fraction`, `stop_volume_percent`;
         the pass that would exceed the bound is undone). The rules bound the deviation of the result's points
-        from the original surface; the way back, from what the result cuts off at sharp corners, is mostly longer.
-        With at most 100 passes:"""
+        from the original surface; the way back, from what the result cuts off at sharp corners, is mostly
+        longer. With at most 100 passes:"""
     )
     rules: list[tuple[str, dict[str, Any]]] = [
         ("gain of mean k < 0.005", {"stop_gain": 0.005}),
