@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vtksmooth.files import writing
+
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
 
@@ -182,6 +184,21 @@ def test_a_data_folder_without_the_meshes_is_refused(program, tmp_path, capsys):
         program("evidence").main(["--data", str(tmp_path)])
     assert refused.value.code == 2
     assert "mannequin_scan.ply" in capsys.readouterr().err
+
+
+def test_the_page_on_formats_tells_what_comes_back(program, tmp_path):
+    pytest.importorskip("trimesh")
+    program("formats").main(["--output", str(tmp_path / "formats.md")])
+    page = (FOLDER.parent / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert (tmp_path / "formats.md").read_text(encoding="utf-8") == page, "run: python benchmarks/formats.py"
+
+
+def test_what_is_lost_without_a_note_is_found(program, tmp_path, monkeypatch):
+    formats = program("formats")
+    monkeypatch.setattr(formats, "write_surface", lambda mesh, path: writing.write_surface(mesh, path) and [])
+    lines = next(feature for feature in formats.FEATURES if feature.title == "lines")
+    with pytest.raises(RuntimeError, match=r"\.off loses lines without a note"):
+        formats.outcome(".off", lines, tmp_path, set())
 
 
 def test_the_page_on_promises_tells_what_is_declared(program, tmp_path):

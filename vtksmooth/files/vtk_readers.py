@@ -82,6 +82,12 @@ def read(path: Path, name: str, extension: str) -> tuple[Any, list[str]]:
         raise MeshFileError(f"{name} is damaged or truncated ({messages[0]}); export it again.")
     notes: list[str] = []
     surface = surface_of(name, data, notes)
+    if extension == ".vtkhdf":
+        # Such files do not say what an array is for.
+        for role, components in (("Normals", 3), ("TCoords", 2)):
+            array = surface.GetPointData().GetArray(role)
+            if array is not None and array.GetNumberOfComponents() == components:
+                getattr(surface.GetPointData(), f"SetActive{role}")(role)
     if extension in (".glb", ".gltf"):
         _as_elsewhere(surface.GetPointData())
         if reader.GetNumberOfTextures():

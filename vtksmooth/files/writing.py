@@ -231,6 +231,10 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
     if extension in _TRIANGLES_ONLY and (polygons.sizes != 3).any():
         notes.append(f"{name}: {format_name} holds triangles only; larger faces were split.")
         polygons = _polygons(_triangulated(mesh))
+    if extension == ".stl":
+        loose = int((np.bincount(polygons.connectivity, minlength=len(polygons.points)) == 0).sum())
+        if loose:
+            notes.append(f"{name}: STL holds no points without a face; {loose} of them were left out.")
     if extension == ".3mf":
         polygons, flat = threemf.proper(polygons)
         if flat:
