@@ -138,16 +138,45 @@ def _cross(ax, ay, az, bx, by, bz, nx, ny, nz):
     return nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx)
 
 
+@device
+def _convex(
+    x0, y0, z0, x1, y1, z1, x2, y2, z2, x3, y3, z3, a0, b0, c0, a1, b1, c1, a2, b2, c2, a3, b3, c3,
+    nx, ny, nz, up, reach,
+):  # fmt: skip
+    # Without doubt are those that are convex at all corners, seen along their area. With S and W the sums of
+    # squares of the sides and of what a unit of the shift changes them by, and t^2 = reach^2 W / S < 0.01,
+    # no product of two sides changes by more than (2 t + t^2) S, u x v by no more than (4 t + 2 t^2) S; they
+    # are at most S and 2 S. So their product changes by less than 10 t S^2.
+    turn = _squares(a0, b0, c0, a1, b1, c1) + _squares(a1, b1, c1, a2, b2, c2)
+    turn += _squares(a2, b2, c2, a3, b3, c3) + _squares(a3, b3, c3, a0, b0, c0)
+    sides = _squares(x0, y0, z0, x1, y1, z1) + _squares(x1, y1, z1, x2, y2, z2)
+    sides += _squares(x2, y2, z2, x3, y3, z3) + _squares(x3, y3, z3, x0, y0, z0)
+    # Sides, each in the place of the corner that it begins at.
+    sx, sy, sz = x0, y0, z0
+    x0, y0, z0 = x1 - x0, y1 - y0, z1 - z0
+    x1, y1, z1 = x2 - x1, y2 - y1, z2 - z1
+    x2, y2, z2 = x3 - x2, y3 - y2, z3 - z2
+    x3, y3, z3 = sx - x3, sy - y3, sz - z3
+    least = _cross(x3, y3, z3, x0, y0, z0, nx, ny, nz)
+    corner = _cross(x0, y0, z0, x1, y1, z1, nx, ny, nz)
+    least = select(corner < least, corner, least)
+    corner = _cross(x1, y1, z1, x2, y2, z2, nx, ny, nz)
+    least = select(corner < least, corner, least)
+    corner = _cross(x2, y2, z2, x3, y3, z3, nx, ny, nz)
+    least = select(corner < least, corner, least)
+    # Squares of the bounds of changes, in units of S^4 and S^2, and rounding.
+    change = reach * reach * turn
+    clear = (up > 0.0) & (least > 0.0) & (change < 0.01 * sides)
+    clear = clear & (100.0 * change * sides * sides * sides + _ROUNDING * _fourth(sides) < least * least)
+    clear = clear & (25.0 * change * sides + _ROUNDING * sides * sides < up * up)
+    return clear
+
+
 @kernel
 def _of_quadrilaterals(
     starts, ends, points, direction, connectivity, reference, origin, reach, portion, sums, area
 ):
     # As _of_triangles. The fan round the mean m of the corners is m . (u x v) with the diagonals u and v.
-    #
-    # Without doubt are those that are convex at all corners, seen along their area. With S and W the sums of
-    # squares of the sides and of what a unit of the shift changes them by, and t^2 = reach^2 W / S < 0.01,
-    # no product of two sides changes by more than (2 t + t^2) S, u x v by no more than (4 t + 2 t^2) S; they
-    # are at most S and 2 S. So their product changes by less than 10 t S^2.
     doubtful = spread(0.0)
     ox = spread(origin[0])
     oy = spread(origin[1])
@@ -199,32 +228,11 @@ def _of_quadrilaterals(
             sum_2 += select(left, of_2, 0.0)
             sum_3 += select(left, of_3, 0.0)
             _to_rows(area, f, g, h, i, nx, ny, nz)
-            turn = _squares(a0, b0, c0, a1, b1, c1) + _squares(a1, b1, c1, a2, b2, c2)
-            turn += _squares(a2, b2, c2, a3, b3, c3) + _squares(a3, b3, c3, a0, b0, c0)
-            sides = _squares(x0, y0, z0, x1, y1, z1) + _squares(x1, y1, z1, x2, y2, z2)
-            sides += _squares(x2, y2, z2, x3, y3, z3) + _squares(x3, y3, z3, x0, y0, z0)
             rx, ry, rz = gather(reference, f, g, h, i)
-            up = nx * rx + ny * ry + nz * rz
-            # Sides, each in the place of the corner that it begins at.
-            sx, sy, sz = x0, y0, z0
-            x0, y0, z0 = x1 - x0, y1 - y0, z1 - z0
-            x1, y1, z1 = x2 - x1, y2 - y1, z2 - z1
-            x2, y2, z2 = x3 - x2, y3 - y2, z3 - z2
-            x3, y3, z3 = sx - x3, sy - y3, sz - z3
-            least = _cross(x3, y3, z3, x0, y0, z0, nx, ny, nz)
-            corner = _cross(x0, y0, z0, x1, y1, z1, nx, ny, nz)
-            least = select(corner < least, corner, least)
-            corner = _cross(x1, y1, z1, x2, y2, z2, nx, ny, nz)
-            least = select(corner < least, corner, least)
-            corner = _cross(x2, y2, z2, x3, y3, z3, nx, ny, nz)
-            least = select(corner < least, corner, least)
-            # Squares of the bounds of changes, in units of S^4 and S^2, and rounding.
-            change = reach * reach * turn
-            clear = (up > 0.0) & (least > 0.0) & (change < 0.01 * sides)
-            clear = clear & (
-                100.0 * change * sides * sides * sides + _ROUNDING * _fourth(sides) < least * least
-            )
-            clear = clear & (25.0 * change * sides + _ROUNDING * sides * sides < up * up)
+            clear = _convex(
+                x0, y0, z0, x1, y1, z1, x2, y2, z2, x3, y3, z3, a0, b0, c0, a1, b1, c1, a2, b2, c2, a3, b3,
+                c3, nx, ny, nz, nx * rx + ny * ry + nz * rz, reach,
+            )  # fmt: skip
             doubtful += select(left, select(clear, spread(0.0), 1.0), 0.0)
         _to_sums(sums, starts[part] // portion, sum_0, sum_1, sum_2, sum_3)
     v0, v1, v2, v3 = unpack(doubtful)

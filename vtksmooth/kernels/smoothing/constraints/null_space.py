@@ -60,22 +60,46 @@ def _direction(k, l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3, b0, b1, b2):
     return dx / length, dy / length, dz / length
 
 
+@device
+def _project(v, k, points, ridge_ring, slide, x1, y1, z1, x3, y3, z3, proposed):
+    # (1): t = T T^T c
+    x = points[v, 0]
+    y = points[v, 1]
+    z = points[v, 2]
+    cx = 0.0
+    cy = 0.0
+    cz = 0.0
+    if k < 3:
+        cx = proposed[v, 0] - x
+        cy = proposed[v, 1] - y
+        cz = proposed[v, 2] - z
+    if k == 1:
+        off = cx * x1 + cy * y1 + cz * z1
+        cx -= off * x1
+        cy -= off * y1
+        cz -= off * z1
+    elif k == 2:
+        p = ridge_ring[v, 0]
+        q = ridge_ring[v, 1]
+        # Half the way to their middle at most: the whole way would swing when all move at once.
+        if p >= 0 and q >= 0:
+            cx = 0.5 * slide * ((points[p, 0] - x) + (points[q, 0] - x))
+            cy = 0.5 * slide * ((points[p, 1] - y) + (points[q, 1] - y))
+            cz = 0.5 * slide * ((points[p, 2] - z) + (points[q, 2] - z))
+        along = cx * x3 + cy * y3 + cz * z3
+        cx = along * x3
+        cy = along * y3
+        cz = along * z3
+    proposed[v, 0] = x + cx
+    proposed[v, 1] = y + cy
+    proposed[v, 2] = z + cz
+
+
 @kernel
 def frame(
-    starts,
-    ends,
-    points,
-    near,
-    normals,
-    pinned,
-    classes,
-    ridge_ring,
-    limits,
-    project,
-    slide,
-    proposed,
+    starts, ends, points, near, normals, pinned, classes, ridge_ring, limits, project, slide, proposed,
     direction,
-):
+):  # fmt: skip
     """Write the direction d of each vertex, zero where it has none, and `project` steps on the null space.
 
     `normals`: those of the faces, (m, 4); empty where vertices move one by one.
@@ -104,9 +128,6 @@ def frame(
                 direction[v, 2] = 0.0
                 if pinned[v] or near.kinds[v] != 0:
                     continue
-                x = points[v, 0]
-                y = points[v, 1]
-                z = points[v, 2]
                 b0 = tensors[6, i]
                 b1 = tensors[7, i]
                 b2 = tensors[8, i]
@@ -134,9 +155,8 @@ def frame(
                         k = 3 if l3 >= limits[1] * l1 else 2 if l2 >= limits[0] * l1 else 1
                     if l1 <= 0.0 or k == 0:
                         if project:
-                            proposed[v, 0] = x
-                            proposed[v, 1] = y
-                            proposed[v, 2] = z
+                            for axis in range(3):
+                                proposed[v, axis] = points[v, axis]
                         continue
                     dx, dy, dz = _direction(k, l1, l2, l3, x1, y1, z1, x2, y2, z2, x3, y3, z3, b0, b1, b2)
                 # The trace is the sum of the weights, b.d that of the weighted cosines.
@@ -146,34 +166,7 @@ def frame(
                     direction[v, 2] = dz
                 if not project:
                     continue
-                # (1): t = T T^T c
-                cx = 0.0
-                cy = 0.0
-                cz = 0.0
-                if k < 3:
-                    cx = proposed[v, 0] - x
-                    cy = proposed[v, 1] - y
-                    cz = proposed[v, 2] - z
-                if k == 1:
-                    off = cx * x1 + cy * y1 + cz * z1
-                    cx -= off * x1
-                    cy -= off * y1
-                    cz -= off * z1
-                elif k == 2:
-                    p = ridge_ring[v, 0]
-                    q = ridge_ring[v, 1]
-                    # Half the way to their middle at most: the whole way would swing when all move at once.
-                    if p >= 0 and q >= 0:
-                        cx = 0.5 * slide * ((points[p, 0] - x) + (points[q, 0] - x))
-                        cy = 0.5 * slide * ((points[p, 1] - y) + (points[q, 1] - y))
-                        cz = 0.5 * slide * ((points[p, 2] - z) + (points[q, 2] - z))
-                    along = cx * x3 + cy * y3 + cz * z3
-                    cx = along * x3
-                    cy = along * y3
-                    cz = along * z3
-                proposed[v, 0] = x + cx
-                proposed[v, 1] = y + cy
-                proposed[v, 2] = z + cz
+                _project(v, k, points, ridge_ring, slide, x1, y1, z1, x3, y3, z3, proposed)
 
 
 #: Stand-ins where the eigenvalues' ratios are to decide.

@@ -5,10 +5,43 @@ from __future__ import annotations
 import numpy as np
 
 from ....jit import parallel
-from ....jit.compiled import kernel
+from ....jit.compiled import device, kernel
 from ...measures.aspect_ratio import ring_normal
 from ..run_state import State
 from . import Float64, Int64, Scheme
+
+
+@device
+def _measure_angles(points, near, v, nx, ny, nz, left, right):
+    # The signed angles at the neighbours of v, on the side of the face where each follows v and where it
+    # precedes v; in the tangent plane with the normal n.
+    first = near.ring_offsets[v]
+    for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
+        c = near.corners[i]
+        f = near.corner_face[c]
+        a = near.offsets[f]
+        size = near.offsets[f + 1] - a
+        for side in range(2):
+            # Left: p follows v, and the face goes on to q. Right: p precedes v, and q precedes p.
+            p = near.connectivity[a + (c - a + (1 if side == 0 else size - 1)) % size]
+            q = near.connectivity[a + (c - a + (2 if side == 0 else size - 2)) % size]
+            sx = points[v, 0] - points[p, 0]
+            sy = points[v, 1] - points[p, 1]
+            sz = points[v, 2] - points[p, 2]
+            tx = points[q, 0] - points[p, 0]
+            ty = points[q, 1] - points[p, 1]
+            tz = points[q, 2] - points[p, 2]
+            sn = sx * nx + sy * ny + sz * nz
+            tn = tx * nx + ty * ny + tz * nz
+            # Both projected to the tangent plane; the angle turns about the normal.
+            dot = sx * tx + sy * ty + sz * tz - sn * tn
+            turn = nx * (sy * tz - sz * ty) + ny * (sz * tx - sx * tz) + nz * (sx * ty - sy * tx)
+            for r in range(near.ring_offsets[v + 1] - first):
+                if near.ring[first + r] == p:
+                    if side == 0:
+                        left[r] = np.arctan2(-turn, dot)
+                    else:
+                        right[r] = np.arctan2(turn, dot)
 
 
 @kernel
@@ -41,32 +74,7 @@ def _propose(starts, ends, points, near, pinned, weighted, proposed):
             valence = near.ring_offsets[v + 1] - first
             left[:valence] = np.nan
             right[:valence] = np.nan
-            for i in range(near.corner_offsets[v], near.corner_offsets[v + 1]):
-                c = near.corners[i]
-                f = near.corner_face[c]
-                a = near.offsets[f]
-                size = near.offsets[f + 1] - a
-                for side in range(2):
-                    # Left: p follows v, and the face goes on to q. Right: p precedes v, and q precedes p.
-                    p = near.connectivity[a + (c - a + (1 if side == 0 else size - 1)) % size]
-                    q = near.connectivity[a + (c - a + (2 if side == 0 else size - 2)) % size]
-                    sx = x - points[p, 0]
-                    sy = y - points[p, 1]
-                    sz = z - points[p, 2]
-                    tx = points[q, 0] - points[p, 0]
-                    ty = points[q, 1] - points[p, 1]
-                    tz = points[q, 2] - points[p, 2]
-                    sn = sx * nx + sy * ny + sz * nz
-                    tn = tx * nx + ty * ny + tz * nz
-                    # Both projected to the tangent plane; the angle turns about the normal.
-                    dot = sx * tx + sy * ty + sz * tz - sn * tn
-                    turn = nx * (sy * tz - sz * ty) + ny * (sz * tx - sx * tz) + nz * (sx * ty - sy * tx)
-                    for r in range(valence):
-                        if near.ring[first + r] == p:
-                            if side == 0:
-                                left[r] = np.arctan2(-turn, dot)
-                            else:
-                                right[r] = np.arctan2(turn, dot)
+            _measure_angles(points, near, v, nx, ny, nz, left, right)
             px = 0.0
             py = 0.0
             pz = 0.0

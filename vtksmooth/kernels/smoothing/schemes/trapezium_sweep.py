@@ -283,6 +283,23 @@ def _judge(faces, corners, first, squares, reference, place, after, before, x, y
     return better
 
 
+@device
+def _fill_places(size, after, before):
+    # Of a cycle.
+    for r in range(size):
+        after[r] = r
+        before[r] = r + 1
+    before[size - 1] = 0
+
+
+@device
+def _write_squares(faces, corners, first, better, old, new, squares):
+    for r in range(faces):
+        f, g, h, i = _faces(corners, first, r)
+        q = select(better, load(new, r), load(old, r))
+        squares[f], squares[g], squares[h], squares[i] = unpack(q)
+
+
 @kernel
 def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest, margin, worst):
     ring = near.ring
@@ -329,10 +346,7 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 continue
             for lane in range(count, WIDTH):
                 group[lane] = group[0]
-            a = np.uintp(group[0])
-            b = np.uintp(group[1])
-            c = np.uintp(group[2])
-            d = np.uintp(group[3])
+            a, b, c, d = np.uintp(group[0]), np.uintp(group[1]), np.uintp(group[2]), np.uintp(group[3])
             ox, oy, oz = gather(points, a, b, c, d)
             first = (np.uintp(offsets[a]), np.uintp(offsets[b]), np.uintp(offsets[c]), np.uintp(offsets[d]))
             sure = _read_rings(size, ring, first, points, ox, oy, oz, place, thin_unit)
@@ -349,38 +363,19 @@ def _sweep(starts, ends, points, near, kinds, squares, reference, pinned, widest
                 _find_places(a, near, after, before)
                 filled = 0
             elif size != filled:
-                for r in range(size):
-                    after[r] = r
-                    before[r] = r + 1
-                before[size - 1] = 0
+                _fill_places(size, after, before)
                 filled = size
             faces = rows[a + 1] - rows[a]
             first = (np.uintp(rows[a]), np.uintp(rows[b]), np.uintp(rows[c]), np.uintp(rows[d]))
             better = _judge(
-                faces,
-                corners,
-                first,
-                squares,
-                reference,
-                place,
-                after,
-                before,
-                x,
-                y,
-                z,
-                old,
-                new,
-                margin,
+                faces, corners, first, squares, reference, place, after, before, x, y, z, old, new, margin,
                 worst,
-            )
+            )  # fmt: skip
             # Written whether they move or not: nobody can guess which, and a wrong guess costs more.
             points[a, 0], points[b, 0], points[c, 0], points[d, 0] = unpack(select(better, x, ox))
             points[a, 1], points[b, 1], points[c, 1], points[d, 1] = unpack(select(better, y, oy))
             points[a, 2], points[b, 2], points[c, 2], points[d, 2] = unpack(select(better, z, oz))
-            for r in range(faces):
-                f, g, h, i = _faces(corners, first, r)
-                q = select(better, load(new, r), load(old, r))
-                squares[f], squares[g], squares[h], squares[i] = unpack(q)
+            _write_squares(faces, corners, first, better, old, new, squares)
             store(old, 0, select(better, 1.0, 0.0))
             for lane in range(count):
                 moved += int(old[0, lane])
