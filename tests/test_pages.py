@@ -20,6 +20,7 @@ from vtksmooth.pages import histogram, html, pdf, pictures, tables
 from vtksmooth.pages.measures import measure
 from vtksmooth.pages.page import make_page, said
 from vtksmooth.pages.writing import FORMATS, write_page
+from vtksmooth.report import RunReport, figure
 
 SVG = "{http://www.w3.org/2000/svg}"
 NAMES = ("<b>&\"'$x_1$ é.ply", "better.ply")
@@ -346,3 +347,24 @@ def test_tables_for_a_terminal():
         "| a      |     1 |",
         "| longer |  22.5 |",
     ]
+
+
+# ------------------------------------------------------------------------------------------ figures
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "expected"),
+    [
+        (-100.0, 2, "-100"), (99.6, 2, "100"), (12.34, 2, "12"), (0.0012345, 3, "0.00123"),
+        (0.001, 2, "0.001"), (999_999.4, 4, "999999"), (999_999.6, 6, "1000000"), (12345.6, 4, "12346"), (2.5e7, 4, "2.5e+07"),
+        (1.5e-14, 2, "1.5e-14"), (0.0, 2, "0"), (1_234_567, 4, "1234567"),
+    ],
+)  # fmt: skip
+def test_figures_have_exponents_only_where_they_must(value, digits, expected):
+    assert figure(value, digits) == expected
+
+
+def test_reports_say_percent_as_people_do():
+    report = str(RunReport(volume=(123456.0, 0.0), swept_volume=-123456.0))
+    assert "volume 123456 -> 0 (-100 %)" in report
+    assert "volume swept 12346;" in str(RunReport(swept_volume=12345.6))

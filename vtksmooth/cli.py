@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .errors import Cancelled, ParameterError, VtksmoothError, sentence
+from .report import figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -577,7 +578,7 @@ def _lines(summary: dict[str, Any], indent: str = "") -> str:
     return "\n".join(
         f"{indent}{name.replace('_', ' ')}:\n{_lines(value, indent + '  ')}"
         if isinstance(value, dict)
-        else f"{indent}{name.replace('_', ' ')}: {value:.6g}"
+        else f"{indent}{name.replace('_', ' ')}: {figure(value, 6)}"
         if isinstance(value, float)
         else f"{indent}{name.replace('_', ' ')}: {value}"
         for name, value in summary.items()
@@ -590,7 +591,7 @@ def _print_table(rows: Sequence[tuple[str, dict[str, Any]]]) -> None:
         cells = (
             ", ".join(f"{count} {kind}s" for kind, count in summary["cells"].items() if count) or "no faces"
         )
-        shape = f"closed, volume {summary['volume']:.6g}" if summary["closed"] else "open"
+        shape = f"closed, volume {figure(summary['volume'], 6)}" if summary["closed"] else "open"
         print(f"{name}: {summary['points']} points, {cells}; {shape}")
     width = max(len(name) for name, _ in rows)
     heads = "".join(f"{head:>8}" for head in _BINS)
@@ -609,17 +610,17 @@ def _print_changes(summary: dict[str, Any]) -> None:
         summary[key] for key in ("normal_deviation", "dihedral_change", "deviation")
     )
     print(f"\n{'':<30}{'max':>12}{'mean':>12}")
-    print(f"{'normal deviation, deg':<30}{normal['max']:12.4g}{normal['mean']:12.4g}")
-    print(f"{'dihedral change, deg':<30}{dihedral['max']:12.4g}{dihedral['mean']:12.4g}")
+    print(f"{'normal deviation, deg':<30}{figure(normal['max']):>12}{figure(normal['mean']):>12}")
+    print(f"{'dihedral change, deg':<30}{figure(dihedral['max']):>12}{figure(dihedral['mean']):>12}")
     for way, figures in (("result to original", deviation), ("original to result", deviation["back"])):
-        print(f"{way:<30}{figures['max']:12.4g}{figures['mean']:12.4g}")
+        print(f"{way:<30}{figure(figures['max']):>12}{figure(figures['mean']):>12}")
         relative = (100 * figures[f"{part}_relative"] for part in ("max", "mean"))
-        print(f"{'  in % of the diagonal':<30}{''.join(f'{value:12.4g}' for value in relative)}")
+        print(f"{'  in % of the diagonal':<30}{''.join(f'{figure(value):>12}' for value in relative)}")
     volume = summary["volume_change_percent"]
     if volume is not None:
-        print(f"{'volume change, %':<30}{volume:12.4g}")
+        print(f"{'volume change, %':<30}{figure(volume):>12}")
     elif "swept_volume" in summary:
-        print(f"{'swept volume (open mesh)':<30}{summary['swept_volume']:12.4g}")
+        print(f"{'swept volume (open mesh)':<30}{figure(summary['swept_volume']):>12}")
 
 
 # -------------------------------------------------------------------------------------------- main

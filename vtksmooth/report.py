@@ -19,6 +19,22 @@ STOP_REASONS = {
 }
 
 
+def figure(value: float, digits: int = 4, sign: str = "") -> str:
+    """Return a number in at least so many significant digits, without an exponent from 1e-4 to 1e6.
+
+    Integers are shown as they are.
+
+    Examples
+    --------
+    >>> figure(-100.0, 2, "+"), figure(123456.7), figure(0.0001, 2), figure(2.5e7)
+    ('-100', '123457', '0.0001', '2.5e+07')
+    """
+    if isinstance(value, int):
+        return f"{value:{sign}d}"
+    text = f"{value:{sign}.{digits}g}"
+    return f"{value:{sign}.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
 @dataclass
 class RunReport:
     """What a smoothing run did.
@@ -75,10 +91,10 @@ class RunReport:
 
     def _volume(self) -> str:
         if self.volume is None:
-            return f"volume swept {self.swept_volume:.3g}"
+            return f"volume swept {figure(self.swept_volume, 3)}"
         before, after = self.volume
-        change = f" ({100.0 * (after / before - 1.0):+.2g} %)" if before else ""
-        return f"volume {before:.6g} -> {after:.6g}{change}"
+        change = f" ({figure(100.0 * (after / before - 1.0), 2, '+')} %)" if before else ""
+        return f"volume {figure(before, 6)} -> {figure(after, 6)}{change}"
 
     def __str__(self) -> str:
         reason = STOP_REASONS[self.stop_reason]

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from vtksmooth.errors import InvalidMeshError
 from vtksmooth.kernels.measures.fitting import fit_cylinder, fit_sphere
+from vtksmooth.report import figure
 
 from .layer import Layer
 from .state import State
@@ -52,9 +53,9 @@ class Figure:
     def text(self, unit: str) -> str:
         """Return it as people read it, lengths with their unit."""
         if self.name == Kind.ANGLE:
-            return quantity(f"{self.value:.5g}", "°")
-        spread = "" if self.rms is None else f" (± {self.rms:.2g})"
-        return quantity(f"{self.value:.5g}{spread}", unit)
+            return quantity(figure(self.value, 5), "°")
+        spread = "" if self.rms is None else f" (± {figure(self.rms, 2)})"
+        return quantity(f"{figure(self.value, 5)}{spread}", unit)
 
 
 @dataclass(frozen=True, eq=False)

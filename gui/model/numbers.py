@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from vtksmooth.report import figure
+
 from .difference import PERCENTILES
 from .overlays import Subject
 from .units import labelled, powered, quantity
@@ -31,7 +33,7 @@ def number(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, int):
         return f"{value:,}"
-    return f"{value:.4g}"
+    return figure(value)
 
 
 def rows(subject: Subject, unit: str = "") -> list[Row]:
@@ -73,12 +75,12 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
     if comparison and changed:
         volume = comparison["volume_change_percent"]
         found += [
-            Row("volume change", "", "" if volume is None else f"{volume:+.4g} %"),
+            Row("volume change", "", "" if volume is None else f"{figure(volume, 4, '+')} %"),
             Row(labelled("swept volume", powered(unit, 3)), "", number(comparison["swept_volume"])),
-            Row("normals, max", "", f"{comparison['normal_deviation']['max']:.4g}°"),
-            Row("normals, mean", "", f"{comparison['normal_deviation']['mean']:.4g}°"),
-            Row("dihedral angles, max", "", f"{comparison['dihedral_change']['max']:.4g}°"),
-            Row("dihedral angles, mean", "", f"{comparison['dihedral_change']['mean']:.4g}°"),
+            Row("normals, max", "", f"{figure(comparison['normal_deviation']['max'])}°"),
+            Row("normals, mean", "", f"{figure(comparison['normal_deviation']['mean'])}°"),
+            Row("dihedral angles, max", "", f"{figure(comparison['dihedral_change']['max'])}°"),
+            Row("dihedral angles, mean", "", f"{figure(comparison['dihedral_change']['mean'])}°"),
             *(
                 row
                 for way, figures in (
@@ -88,7 +90,7 @@ def rows(subject: Subject, unit: str = "") -> list[Row]:
                 for row in (
                     Row(labelled(f"{way}, max", unit), "", number(figures["max"])),
                     Row(labelled(f"{way}, mean", unit), "", number(figures["mean"])),
-                    Row(f"{way}, max, of the diagonal", "", f"{100 * figures['max_relative']:.4g} %"),
+                    Row(f"{way}, max, of the diagonal", "", f"{figure(100 * figures['max_relative'])} %"),
                 )
             ),
         ]
@@ -160,7 +162,7 @@ def status(subject: Subject, unit: str = "") -> list[str]:
     if quality["closed"]:
         drift = ""
         if comparison and comparison["volume_change_percent"] is not None:
-            drift = f" ({comparison['volume_change_percent']:+.3g} %)"
+            drift = f" ({figure(comparison['volume_change_percent'], 3, '+')} %)"
         found.append(f"closed, volume {_length(quality['volume'], unit, 3)}{drift}")
     else:
         found.append("open")

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vtksmooth.kernels.distance.ray import first_hit
+from vtksmooth.report import figure
 
 from .field import Field
 from .state import State
@@ -35,12 +36,12 @@ class Probe:
     def describe(self, title: str, unit: str, values: Field | None, length: str = "") -> str:
         """Return what is there, in one line; `unit` is that of the values, `length` that of the place."""
         x, y, z = self.position
-        place = quantity(f"({x:.5g}, {y:.5g}, {z:.5g})", length)
+        place = quantity(f"({figure(x, 5)}, {figure(y, 5)}, {figure(z, 5)})", length)
         text = f"face {self.face:,}, point {self.point:,} at {place}"
         if values is None:
             return text
         value = values.values[self.point if values.on_points else self.face]
-        return f"{title} {quantity(f'{value:.4g}', unit)}   {text}"
+        return f"{title} {quantity(figure(value), unit)}   {text}"
 
 
 def probe(state: State, origin: Vector, direction: Vector) -> Probe | None:

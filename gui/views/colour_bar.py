@@ -6,6 +6,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QInputDialog, QWidget
 
+from vtksmooth.report import figure
+
 from .scale import THRESHOLDS, Scale
 
 _NAMES = ("good", "warning", "bad")
@@ -110,12 +112,12 @@ class ColourBar(QWidget):
                 text -= 1
             taken.append(text)
             beyond = "≥" if value > scale.high * (1 + 1e-9) else ""
-            painter.drawText(QPointF(bar.right() + 13, text), f"{beyond}{value:.3g} {name}")
+            painter.drawText(QPointF(bar.right() + 13, text), f"{beyond}{figure(value, 3)} {name}")
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for value in (scale.low, scale.high):
             text = self.place(value) + 4
             if all(abs(text - other) >= 13 for other in taken):
-                painter.drawText(QPointF(bar.right() + 13, text), f"{value:.3g}")
+                painter.drawText(QPointF(bar.right() + 13, text), figure(value, 3))
 
     def _handles(self) -> list[tuple[float, str, tuple[int, int, int]]]:
         if self.thresholds is None:

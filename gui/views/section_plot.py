@@ -10,6 +10,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QColor
 from PySide6.QtWidgets import QLabel, QSlider, QToolBar, QVBoxLayout, QWidget
 
+from vtksmooth.report import figure
+
 from ..model.section import Outline
 from ..model.units import labelled, quantity
 from .scale import AFTER, BEFORE
@@ -70,7 +72,7 @@ class SectionPlot(QWidget):
             if one is None:
                 continue
             x, y = one.segments.reshape(-1, 2).T
-            length = quantity(f"{one.length:.5g}", unit)
+            length = quantity(figure(one.length, 5), unit)
             words.append(f'<span style="color: {QColor(*colour).name()}">▬</span> {title}, {length} long')
             pen = pyqtgraph.mkPen(QColor(*colour), width=width)
             self.plot.plot(x, y, connect="pairs", pen=pen, name=title)

@@ -6,6 +6,8 @@ import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView
 
+from vtksmooth.report import figure
+
 from ..model.field import Field
 from .figure_table import FigureTable
 
@@ -34,7 +36,7 @@ class WorstList(FigureTable):
         self.setCurrentItem(None)  # type: ignore[call-overload]
         faces = np.empty(0, int) if field is None else field.worst
         values = () if field is None else field.of_faces[faces]
-        texts = [classes[int(value)] if classes else f"{value:.4g}" for value in values]
+        texts = [classes[int(value)] if classes else figure(value) for value in values]
         self.show_texts([(f"{face}", text) for face, text in zip(faces, texts, strict=True)])
         self.setToolTip(f"The worst faces by: {title}")
         self.blockSignals(False)

@@ -21,6 +21,7 @@ from ..kernels.distance.winding_number import WindingNumber
 from ..kernels.mesh.hole_filling import lid, rims
 from ..kernels.mesh.mesh import Mesh
 from ..kernels.mesh.triangulate import triangulate
+from ..report import figure
 from .arrays import points_of, surface_of, vtk_array, vtk_cells, vtk_points, vtk_triangles
 
 Float64 = npt.NDArray[np.float64]
@@ -267,7 +268,7 @@ def check_sizes(sim: Mesh, space: Mesh, origin: Float64 | float = 0.0) -> list[s
     ]
     (low, high), (space_low, space_high) = boxes
     margin = 1e-6 * np.linalg.norm(space_high - space_low)
-    sizes = [" x ".join(f"{size:.4g}" for size in box[1] - box[0]) for box in boxes]
+    sizes = [" x ".join(figure(size) for size in box[1] - box[0]) for box in boxes]
     if (low > space_high + margin).any() or (high < space_low - margin).any():
         raise InvalidMeshError(
             f"The mesh ({sizes[0]}, from {_place(low + origin)}) and the installation space ({sizes[1]}, "
@@ -299,7 +300,7 @@ def touching_distance(fraction: float, space: Mesh, *sources: Any) -> float:
 
 
 def _place(point: Float64) -> str:
-    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
+    return "(" + ", ".join(figure(x) for x in point) + ")"
 
 
 def _merged(surface: Mesh) -> Mesh:

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..filters import SurfaceComparison, SurfaceQuality
 from ..recipe import Recipe
+from ..report import figure
 from . import histogram, pictures, tables
 from .measures import BeforeAfter
 
@@ -117,7 +118,7 @@ def said(algorithm: Any) -> str:
     if hasattr(algorithm, "report"):
         return str(algorithm.report)
     figures = {name.replace("_", " "): value for name, value in algorithm.figures.items()}
-    numbers = {name: f"{value:.6g}" for name, value in figures.items() if isinstance(value, int | float)}
+    numbers = {name: figure(value, 6) for name, value in figures.items() if isinstance(value, int | float)}
     return ", ".join(f"{name}: {value}" for name, value in numbers.items())
 
 

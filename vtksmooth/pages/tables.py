@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..kernels.measures.aspect_ratio import BINS
+from ..report import figure
 
 _BIN_NAMES = ["k < 0", *(f"{low:g} <= k < {low + 0.2:.1f}" for low in BINS[:-1]), "0.8 <= k <= 1"]
 
@@ -65,7 +66,7 @@ def number(value: float | None, factor: float = 1.0) -> str:
 
 def volume(summary: Summary) -> str:
     """Return the volume, if there is one."""
-    return "open" if summary["volume"] is None else f"{summary['volume']:.6g}"
+    return "open" if summary["volume"] is None else figure(summary["volume"], 6)
 
 
 def volume_change(summary: Summary) -> str:
@@ -101,8 +102,8 @@ def verdict(before: Summary, after: Summary) -> list[str]:
         compared("the share of poor faces (k < 0.2)", poor(before), poor(after), 1) + " %",
         compared("the mean k", old["mean"], new["mean"], 3),
         compared("the smallest k", old["min"], new["min"], 3),
-        "the result's points are at most {:.2g} % of the diagonal from the original surface, the original's "
-        "at most {:.2g} % from the result".format(*(100 * largest for largest in largest_deviations(after))),
+        "the result's points are at most {} % of the diagonal from the original surface, the original's "
+        "at most {} % from the result".format(*(figure(100 * part, 2) for part in largest_deviations(after))),
     ]
 
 
