@@ -13,7 +13,15 @@ from pyvista import examples
 from vtkmodules.vtkCommonCore import vtkStringArray
 
 from vtksmooth.errors import MeshFileError
-from vtksmooth.files import READABLE, WRITABLE, check_writable, read_surface, write_surface, writing
+from vtksmooth.files import (
+    READABLE,
+    WRITABLE,
+    check_writable,
+    make_folder,
+    read_surface,
+    write_surface,
+    writing,
+)
 from vtksmooth.filters import LaplacianSmoothing
 
 
@@ -251,6 +259,15 @@ def test_paths_that_are_no_mesh_files(tmp_path, name, what):
         (tmp_path / name).write_text("x")
     with pytest.raises(MeshFileError, match=what):
         read_surface(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["a\0.ply", "~no such user/a.ply", "\ud800.ply"])
+def test_paths_that_can_be_none_are_refused(name):
+    for function in (check_writable, read_surface, lambda path: write_surface(pv.Sphere(), path)):
+        with pytest.raises(MeshFileError, match="can be no path"):
+            function(name)
+    with pytest.raises(MeshFileError, match="cannot make the folder"):
+        make_folder(Path("a\0b"))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")

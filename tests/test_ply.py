@@ -82,6 +82,47 @@ def test_damaged_files_are_refused(tmp_path, old, new):
         read(tmp_path, text.replace(old, new, 1).encode())
 
 
+VERTEX = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+FACE = "element face 1\nproperty list uchar int vertex_indices\n"
+BODY = "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        (VERTEX + FACE + "element vertex 1\nproperty float x\n" + BODY + "7\n", "element 'vertex' twice"),
+        (VERTEX + "property float x\n" + FACE + BODY, "property 'x' twice"),
+        (VERTEX.replace("float y", "list uchar float y") + FACE + BODY, "no points with x, y and z"),
+        (VERTEX + FACE.replace("list uchar int", "int") + BODY.replace("3 0 1 2", "3"), "no faces"),
+    ],
+)
+def test_headers_that_say_something_else_are_refused(tmp_path, text, what):
+    with pytest.raises(MeshFileError, match=what):
+        read(tmp_path, f"ply\nformat ascii 1.0\n{text}".encode())
+
+
+def test_what_types_do_not_hold_and_what_follows_is_said(tmp_path):
+    text = VERTEX + "property uchar red\nproperty float big\n" + FACE + BODY.replace(" 0\n", " 0 300 1e99\n")
+    mesh, notes = read(tmp_path, f"ply\nformat ascii 1.0\n{text}4 5\n".encode())
+    assert mesh.sizes.tolist() == [3]
+    assert [note.split(": ", 1)[1] for note in notes] == [
+        "2 numbers behind the last element left out.",
+        "numbers that the types in the header do not hold were changed: big, red.",
+    ]
+
+
+def test_arrays_of_edges_that_faces_lack_are_kept(tmp_path):
+    text = (
+        VERTEX
+        + FACE
+        + "element edge 1\nproperty int vertex1\nproperty int vertex2\nproperty int width\n"
+        + BODY
+    )
+    mesh, notes = read(tmp_path, f"ply\nformat ascii 1.0\n{text}0 2 9\n".encode())
+    assert notes == []
+    assert mesh.cell_data["width"].tolist() == [9, 0]
+
+
 def test_lists_besides_the_faces_are_left_out_and_said(tmp_path):
     text = encode("ascii").decode().replace("property short part", "property list uchar float texcoord")
     mesh, notes = read(tmp_path, text.replace(" 7\n", " 2 0.5 0.5\n").replace(" -8\n", " 0\n").encode())

@@ -119,3 +119,10 @@ def test_every_bit_of_single_precision_survives(tmp_path, solids):
     np.testing.assert_array_equal(back.points[back.connectivity].reshape(-1, 9), points.reshape(-1, 9)[order])
     name = "SolidIds" if solids else "StlAttribute"
     np.testing.assert_array_equal(back.cell_data[name], cell_data[name][order])
+
+
+def test_coordinates_beyond_single_precision_stay(tmp_path):
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e39 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    (tmp_path / "m.stl").write_text(f"solid\n{facet}endsolid\n")
+    mesh, _ = stl.read(tmp_path / "m.stl")
+    assert mesh.points.max() == 1e39

@@ -87,7 +87,11 @@ def _read_header(path: Path, head: bytes) -> tuple[str, list[_Element], int]:
             case ["format", "binary_big_endian", _]:
                 order = ">"
             case ["element", name, count] if re.fullmatch("[0-9]{1,18}", count):
+                if any(name == element.name for element in elements):
+                    raise broken(f"its header has the element {quoted(name.encode())} twice")
                 elements.append(_Element(name, int(count)))
+            case ["property", *_, name] if elements and name in [p.name for p in elements[-1].properties]:
+                raise broken(f"its header has the property {quoted(name.encode())} twice")
             case ["property", "list", count_type, item, name] if (
                 elements and item in _TYPES and _TYPES.get(count_type, "f")[0] != "f"
             ):
@@ -112,15 +116,24 @@ class _Values:
 
     def __init__(self, path: Path, order: str, raw: Array) -> None:
         self.path, self.order, self.raw, self.position = path, order, raw, 0
+        #: Names of properties of text files with values that their types do not hold.
+        self.changed: set[str] = set()
 
     def width(self, kind: str) -> int:
         return int(kind[1]) if self.order else 1
 
-    def convert(self, raw: Array, kind: str) -> Array:
-        """Turn (rows, columns * width) of raw values into (rows, columns) in the machine's byte order."""
+    def convert(self, raw: Array, kind: str, name: str = "") -> Array:
+        """Turn (rows, columns * width) of raw values into (rows, columns) in the machine's byte order.
+
+        Values of a property with a name are looked at, whether the type holds them.
+        """
         if not self.order:
-            with np.errstate(invalid="ignore"):
-                return raw.astype(kind)
+            with np.errstate(invalid="ignore", over="ignore"):
+                values = raw.astype(kind)
+            if name and (kind[0] != "f" or np.isinf(values).any()):
+                lost = values != raw if kind[0] != "f" else np.isinf(values) & np.isfinite(raw)
+                self.changed |= {name} if lost.any() else set()
+            return values
         return np.ascontiguousarray(raw).view(self.order + kind).astype(kind, copy=False)
 
     def truncated(self, element: _Element) -> MeshFileError:
@@ -169,7 +182,7 @@ class _Values:
                 return {
                     p.name: (
                         np.full(rows, length, np.int64),
-                        self.convert(block[:, at : at + length * self.width(p.type)], p.type).ravel(),
+                        self.convert(block[:, at : at + length * self.width(p.type)], p.type, p.name).ravel(),
                     )
                     for p, at, length in columns
                 }
@@ -204,17 +217,17 @@ class _Values:
         return {
             p.name: (
                 np.array(n, np.int64),
-                self._gather(np.array(s, np.int64), np.array(n, np.int64), p.type),
+                self._gather(np.array(s, np.int64), np.array(n, np.int64), p),
             )
             for p, s, n in zip(element.properties, starts, lengths, strict=True)
         }
 
-    def _gather(self, starts: Array, lengths: Array, kind: str) -> Array:
-        width = self.width(kind)
+    def _gather(self, starts: Array, lengths: Array, p: _Property) -> Array:
+        width = self.width(p.type)
         ends = np.cumsum(lengths)
         inside = np.arange(ends[-1]) - np.repeat(ends - lengths, lengths)
         at = np.repeat(starts, lengths) + width * inside
-        return self.convert(self.raw[at[:, None] + np.arange(width)], kind).ravel()
+        return self.convert(self.raw[at[:, None] + np.arange(width)], p.type, p.name).ravel()
 
 
 def _arrays(table: dict[str, tuple[Array, Array]], properties: list[_Property]) -> dict[str, Array]:
@@ -272,11 +285,19 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     for element in elements:
         kinds[element.name] = element.properties
         tables[element.name] = values.table(element)
+    if values.position < len(raw):
+        behind = f"{len(raw) - values.position} {'bytes' if order else 'numbers'}"
+        notes.append(f"{path.name}: {behind} behind the last element left out.")
+    if values.changed:
+        notes.append(
+            f"{path.name}: numbers that the types in the header do not hold were changed: "
+            f"{', '.join(sorted(values.changed))}."
+        )
     vertex, face, edge = (tables.get(name, {}) for name in ("vertex", "face", "edge"))
-    corners = next((name for name in ("vertex_indices", "vertex_index") if name in face), None)
     strips = tables.get("tristrips", {})
-    strip = next((name for name in ("vertex_indices", "vertex_index") if name in strips), None)
-    if not {"x", "y", "z"} <= vertex.keys():
+    corners, strip = (_corners(kinds.get(name, [])) for name in ("face", "tristrips"))
+    single = {name: {p.name for p in properties if not p.count_type} for name, properties in kinds.items()}
+    if not {"x", "y", "z"} <= single.get("vertex", set()):
         raise MeshFileError(f"{path.name} has no points with x, y and z; export it as a surface mesh.")
     if corners is None and strip is None:
         raise MeshFileError(f"{path.name} has no faces; export it as a mesh of polygons.")
@@ -314,16 +335,24 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
         connectivity = np.concatenate((connectivity, triangles.ravel()))
         cell_data = {name: _padded(array, 0, len(triangles)) for name, array in cell_data.items()}
     lines = NONE
-    if {"vertex1", "vertex2"} <= edge.keys():
+    if {"vertex1", "vertex2"} <= single.get("edge", set()):
         ends = np.column_stack([_indices(path, edge[name][1]) for name in ("vertex1", "vertex2")])
         lines = np.full(len(ends), 2, np.int64), ends.ravel()
         of_edges = _arrays(edge, [p for p in kinds["edge"] if p.name not in ("vertex1", "vertex2")])
+        n_faces = len(sizes)
+        others = [
+            name
+            for name, array in of_edges.items()
+            if name in cell_data and cell_data[name].ndim != array.ndim
+        ]
+        if others:
+            notes.append(f"{path.name}: {', '.join(others)} of edges left out, as those of faces are others.")
         cell_data = {
             name: np.concatenate((of_edges[name], array))
-            if name in of_edges and of_edges[name].shape[1:] == array.shape[1:]
+            if name in of_edges and name not in others
             else _padded(array, len(ends), 0)
             for name, array in cell_data.items()
-        }
+        } | {name: _padded(array, 0, n_faces) for name, array in of_edges.items() if name not in cell_data}
     ignored = [
         *(
             name
@@ -350,6 +379,12 @@ def _indices(path: Path, values: Array) -> npt.NDArray[np.int64]:
     if values.dtype.kind == "f" and (whole != values).any():
         raise MeshFileError(f"{path.name} is damaged: a point index has a fraction; export it again.")
     return whole
+
+
+def _corners(properties: list[_Property]) -> str | None:
+    """Return the name of the list of point indices."""
+    lists = {p.name for p in properties if p.count_type}
+    return next((name for name in ("vertex_indices", "vertex_index") if name in lists), None)
 
 
 def _padded(array: Array, before: int, behind: int) -> Array:

@@ -17,6 +17,7 @@ from ..errors import MeshFileError
 from ..filters.arrays import vtk_array, vtk_cells, vtk_points
 from . import obj, off, ply, stl, vtk_formats
 from .damage import check_indices
+from .names import path_of
 from .polygons import Polygons
 from .signatures import OF_VTK, wrong_signature
 
@@ -74,7 +75,7 @@ def read_surface(
     >>> mesh.n_cells, notes
     (2452, [])
     """
-    path = Path(path).expanduser()
+    path = path_of(path)
     try:
         return _read(path, cancelled)
     except MeshFileError:

@@ -25,6 +25,9 @@ _RECORD = np.dtype([("numbers", "V48"), ("attribute", "<u2")])
 #: So many triangles are written at once.
 _AT_ONCE = 4096
 
+#: Texts can hold coordinates beyond single precision.
+_LARGEST = np.finfo(np.float32).max
+
 #: The array of what binary files hold behind each triangle: colours, of a kind that varies.
 ATTRIBUTE = "StlAttribute"
 
@@ -40,9 +43,10 @@ def read(path: Path) -> tuple[Polygons, list[str]]:
     Returns
     -------
     Polygons
-        Points in single precision, in the order of their first appearance. Of several solids, or of one
-        with a name, the cell array ``SolidIds`` holds the number of each face's solid, the field array
-        ``SolidNames`` the names. Attributes of binary files that are not all 0 become ``StlAttribute``.
+        Points in single precision, unless a text has larger ones, in the order of their first appearance. Of
+        several solids, or of one with a name, the cell array ``SolidIds`` holds the number of each face's
+        solid, the field array ``SolidNames`` the names. Attributes of binary files that are not all 0 become
+        ``StlAttribute``.
     list of str
         What was merged or left out, one sentence each.
 
@@ -104,7 +108,7 @@ def _check_binary(path: Path, head: bytes, size: int) -> None:
 
 def _read_binary(
     path: Path, raw: bytes, notes: list[str]
-) -> tuple[Ints, npt.NDArray[np.float32], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+) -> tuple[Ints, npt.NDArray[Any], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
     count, room = int.from_bytes(raw[80:84], "little"), len(raw) - 84
     if count in (0, 2**32 - 1):
         # Programs that write while they compute do not know the number beforehand.
@@ -137,7 +141,7 @@ def _read_binary(
 
 def _read_with_bytes(
     path: Path, raw: bytes, count: int, notes: list[str]
-) -> tuple[Ints, npt.NDArray[np.float32], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+) -> tuple[Ints, npt.NDArray[Any], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
     pieces = []
     at = 84
     for _ in range(count):
@@ -150,7 +154,7 @@ def _read_with_bytes(
 
 def _read_text(
     path: Path, raw: bytes, notes: list[str]
-) -> tuple[Ints, npt.NDArray[np.float32], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+) -> tuple[Ints, npt.NDArray[Any], dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
     text = unified(raw)
     scanned = _scanned(text)
     if not scanned.regular:
@@ -178,8 +182,9 @@ def _read_text(
         )
     if table.commas:
         notes.append(f"{path.name}: decimal commas were taken for points.")
-    with np.errstate(over="ignore"):
-        points = table.values.reshape(-1, 3).astype(np.float32)
+    points = table.values.reshape(-1, 3)
+    if np.abs(points, where=np.isfinite(points), out=np.zeros_like(points)).max(initial=0.0) <= _LARGEST:
+        points = points.astype(np.float32)
     solid = np.maximum(np.searchsorted(begins, facets) - 1, 0)
     names = names or [""]
     if len(np.unique(solid)) < 2 and not any(names):

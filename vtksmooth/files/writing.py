@@ -71,7 +71,7 @@ def check_writable(path: str | os.PathLike[str], lines: bool = False) -> None:
         The extension is not one of :data:`WRITABLE` (of ``HOLDING_LINES``), or needs a package that is not
         installed; or see :func:`check_place`.
     """
-    path = Path(path).expanduser()
+    path = names.path_of(path)
     extensions = HOLDING_LINES if lines else WRITABLE
     if path.suffix.lower() not in extensions:
         raise MeshFileError(
@@ -109,7 +109,7 @@ def check_place(path: Path) -> None:
             )
     except MeshFileError:
         raise
-    except (OSError, RuntimeError) as error:  # a name too long, a loop of links
+    except (OSError, RuntimeError, ValueError) as error:  # a name too long, a loop of links, a null character
         raise MeshFileError(f"cannot write {path}: {error}; choose another path.") from error
 
 
@@ -123,9 +123,10 @@ def make_folder(path: Path) -> None:
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise MeshFileError(
-            f"cannot make the folder {path}: {error.strerror}; name another with --output."
+            f"cannot make the folder {path}: {reason}; name another with --output."
         ) from error
 
 
@@ -151,7 +152,7 @@ def write_surface(mesh: vtkPolyData, path: str | os.PathLike[str]) -> list[str]:
     MeshFileError
         See :func:`check_writable`; the format holds none of the mesh's cells; or the disk is full or failed.
     """
-    path = Path(path).expanduser()
+    path = names.path_of(path)
     check_writable(path)
     surface = names.decoded(mesh)
     surface = surface if isinstance(surface, pv.PolyData) else pv.wrap(surface)
