@@ -43,6 +43,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.smoothing.phases import Disposal
 from vtksmooth.kernels.smoothing.schemes import Scheme
@@ -96,6 +97,7 @@ CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
     ),
     "fixed boundary": lambda mesh, random: Boundary(sliding=False),
     "sliding boundary": lambda mesh, random: Boundary(sliding=True),
+    "smoothed boundary": lambda mesh, random: SmoothedBoundary(random.choice([30.0, 180.0])),
     "features held": lambda mesh, random: FeatureLines(sliding=False),
     "features slide": lambda mesh, random: FeatureLines(sliding=True),
     "null space": lambda mesh, random: NullSpace(),
@@ -113,7 +115,7 @@ CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
 
 #: Two ways of one parameter.
 _ALTERNATIVES = [
-    {"fixed boundary", "sliding boundary"},
+    {"fixed boundary", "sliding boundary", "smoothed boundary"},
     {"features held", "features slide"},
     {"space", "exact space"},
 ]

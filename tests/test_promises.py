@@ -28,6 +28,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
 
@@ -50,6 +51,7 @@ CONSTRAINTS = {
     "blend": lambda mesh: Blend(numbers(mesh, 0.0, 0.3, 1.0)),
     "displacement": lambda mesh: DisplacementBound(numbers(mesh, 0.0, 0.02, 0.1, np.inf)),
     "sliding boundary": lambda mesh: Boundary(sliding=True),
+    "smoothed boundary": lambda mesh: SmoothedBoundary(),
     "features held": lambda mesh: FeatureLines(sliding=False),
     "features slide": lambda mesh: FeatureLines(sliding=True),
     "creases": lambda mesh: Creases(30.0),
@@ -70,6 +72,7 @@ CONSTRAINTS = {
 
 #: What one filter cannot ask for: two ways of one parameter.
 ALTERNATIVES = [
+    {"sliding boundary", "smoothed boundary"},
     {"features held", "features slide"},
     {"volume", "corrected volume"},
     {"space", "exact space"},
@@ -151,8 +154,8 @@ def test_on_edges_promises_are_kept_or_refused(pair):
 
 
 @pytest.mark.parametrize(
-    "name", ["fixed", "displacement", "sliding boundary", "creases", "deviation", "back to surface", "volume",
-             "no inversion", "space", "aspect gate", "floor gate"],
+    "name", ["fixed", "displacement", "sliding boundary", "smoothed boundary", "creases", "deviation",
+             "back to surface", "volume", "no inversion", "space", "aspect gate", "floor gate"],
 )  # fmt: skip
 def test_checks_see_what_is_broken(name):
     # A constraint that only looks on finds that its promise is broken: the check can fail.

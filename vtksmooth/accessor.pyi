@@ -77,9 +77,9 @@ class VtksmoothAccessor:
 
         Adds to the result the point arrays ``NormalDeviation`` (angle between vertex normals, degrees),
         ``DihedralChange`` (largest change of the signed dihedral angle of the edges at the point, degrees),
-        ``Displacement`` (vector) and ``Deviation`` (distance between the surfaces: from the point to the original
-        surface, or from its original to the result, whichever is larger), and the cell array ``AspectRatio``,
-        signed against the original's directions. Both meshes must have the same points and faces.
+        ``Displacement`` (vector) and ``Deviation`` (distance of the point to the original surface, which
+        ``max_deviation_fraction`` bounds), and the cell array ``AspectRatio``, signed against the original's
+        directions. Both meshes must have the same points and faces.
 
         Maximum and mean of the dihedral change are those of the edges that have a dihedral angle: edges of
         exactly two faces that agree on the orientation and have an area in both meshes. Edges of the boundary and
@@ -328,7 +328,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -369,10 +369,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
@@ -448,7 +448,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -503,10 +503,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
@@ -604,7 +604,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -644,10 +644,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
@@ -719,7 +719,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -759,10 +759,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
@@ -835,7 +835,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'sliding',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'sliding',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
         ridge_angle: float | Literal['auto'] = 40.0,
@@ -878,10 +878,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'sliding'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'sliding'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'slide'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 40.0
@@ -963,7 +963,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -1006,10 +1006,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'slide'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'
@@ -1180,7 +1180,7 @@ class VtksmoothAccessor:
         fixed: str | None = None,
         blend: str | None = None,
         max_displacement: str | None = 'SmoothingConstraints',
-        boundary: Literal['fixed', 'sliding'] = 'fixed',
+        boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
         ridge_angle: float | Literal['auto'] = 'auto',
@@ -1239,10 +1239,10 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
-        boundary : {'fixed', 'sliding'}, default 'fixed'
-            Whether boundary points stay or slide along the boundary.
+        boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
+            Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
-            Sliding boundary points stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding.
+            Boundary points that may move stay where the boundary turns by more than this. Allowed: from 0 to 180 deg. Only where boundary is sliding or smoothed.
         features : {'ignore', 'hold', 'slide'}, default 'ignore'
             Whether points on ridges move like all others, are held, or slide along the ridge; corners stay.
         ridge_angle : float, default 'auto'

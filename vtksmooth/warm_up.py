@@ -112,6 +112,8 @@ _BESIDES: tuple[dict[str, object], ...] = (
     {"max_displacement": "Displacement"},
     {"null_space": True, "corrections": 0, "preserve_volume": False},
     {"null_space": True, "corrections": 0, "preserve_volume": False, "gate": "aspect"},
+    {"preserve_volume": True, "corrections": 0, "boundary": "smoothed"},
+    {"preserve_volume": True, "corrections": 0},
     {"corrections": 1, "preserve_volume": True},
     {"corrections": 1, "preserve_volume": True, "gate": "aspect", "boundary": "sliding"},
 )

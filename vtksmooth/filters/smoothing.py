@@ -28,6 +28,7 @@ from ..kernels.smoothing.constraints.gate import Gate
 from ..kernels.smoothing.constraints.local_volume import LocalVolume
 from ..kernels.smoothing.constraints.no_inversion import NoInversion
 from ..kernels.smoothing.constraints.null_space import NullSpace
+from ..kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from ..kernels.smoothing.constraints.tangent_plane import TangentPlane
 from ..kernels.smoothing.schemes import Scheme
 from ..report import RunReport
@@ -112,13 +113,13 @@ class SmoothingFilter(Filter):
     )  # fmt: skip
     boundary = Parameter(
         "fixed",
-        "Whether boundary points stay or slide along the boundary.",
-        choices=("fixed", "sliding"),
+        "Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.",
+        choices=("fixed", "sliding", "smoothed"),
         group=CONSTRAINTS,
     )
     boundary_corner_angle = Parameter(
-        30.0, "Sliding boundary points stay where the boundary turns by more than this.",
-        low=0.0, high=180.0, unit="deg", group=CONSTRAINTS, only={"boundary": ("sliding",)},
+        30.0, "Boundary points that may move stay where the boundary turns by more than this.",
+        low=0.0, high=180.0, unit="deg", group=CONSTRAINTS, only={"boundary": ("sliding", "smoothed")},
     )  # fmt: skip
     features = Parameter(
         "ignore",
@@ -252,7 +253,10 @@ class SmoothingFilter(Filter):
             constraints.append(TangentPlane())
         if self.null_space:
             constraints.append(NullSpace())
-        constraints.append(Boundary(self.boundary == "sliding", self.boundary_corner_angle))
+        if self.boundary == "smoothed":
+            constraints.append(SmoothedBoundary(self.boundary_corner_angle))
+        else:
+            constraints.append(Boundary(self.boundary == "sliding", self.boundary_corner_angle))
         # In the null space ridges slide as it is.
         if self.features == "hold" or (self.features == "slide" and not self.null_space):
             constraints.append(FeatureLines(sliding=self.features == "slide"))
