@@ -43,6 +43,7 @@ GUI_PARTS = {
         "vtksmooth.filters",
         "vtksmooth.kernels",
         "vtksmooth.recipe",
+        "vtksmooth.report",
     },
     "views": {
         "vtkmodules",
@@ -53,6 +54,7 @@ GUI_PARTS = {
         "vtksmooth.filters",
         "vtksmooth.kernels",
         "vtksmooth.recipe",
+        "vtksmooth.report",
     },
     "controllers": {"PySide6", "vtksmooth"},
     "": {"PySide6", "pyvista", "vtksmooth"},
