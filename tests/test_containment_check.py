@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
-from vtksmooth import ContainmentCheck, InvalidMeshError
+from vtksmooth import ContainmentCheck, InstallationSpaceRegions, InstallationSpaceSmoothing, InvalidMeshError
 from vtksmooth.cli import main
 from vtksmooth.files import write_surface
 from vtksmooth.filters.signed_distance import SignedDistance
@@ -184,6 +184,30 @@ def test_sizes_do_not_matter(scale):
         summary, large = check(*(mesh.with_points(scale * mesh.points) for mesh in (part, around)))
         np.testing.assert_array_equal(large, scale * distances)
         assert summary == usual | {"max_outside": scale * usual["max_outside"]}
+
+
+def test_the_summary_counts_as_the_array_does():
+    # As they come from vtkCubeSource: three points at each corner.
+    part, space = pv.Cube(x_length=0.5, y_length=0.5, z_length=1.5, clean=False), pv.Cube()
+    assert part.n_points == 24
+    blocks = vtkMultiBlockDataSet()
+    for number, block in enumerate((part, part.translate((0.1, 0, 0.5), inplace=False))):
+        blocks.SetBlock(number, block)
+    for mesh in (part, blocks):
+        containment = ContainmentCheck()
+        result = pv.wrap(containment(mesh, space))
+        smoothing = InstallationSpaceSmoothing(iterations=1, containment="none", fixed=None)
+        smoothing(mesh, space)
+        pieces = [result] if mesh is part else list(result)
+        outside = [int((piece["SignedDistance"] > 1e-5).sum()) for piece in pieces]
+        assert outside == ([24] if mesh is part else [24, 12])
+        assert containment.summary["vertices_outside"] == smoothing.report.outside[0] == sum(outside)
+        assert [int(piece.field_data["VerticesOutside"][0]) for piece in pieces] == outside
+        regions = InstallationSpaceRegions()
+        pieces = [regions(mesh, space)] if mesh is part else list(pv.wrap(regions(mesh, space)))
+        marked = sum(int(pv.wrap(piece)["Fixed"].sum()) for piece in pieces)
+        assert regions.summary["fixed"] == smoothing.report.fixed == marked
+        assert regions.summary["fixed"] + regions.summary["free"] == 24 * len(pieces)
 
 
 def test_points_of_no_face_do_not_count():

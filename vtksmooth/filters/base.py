@@ -156,6 +156,10 @@ class Filter(VTKPythonAlgorithmBase):
         """Return how many points the input has, of which `source` is what :meth:`execute` sees."""
         return source.GetNumberOfPoints() if self.whole is None else int(self.whole.counted.sum())
 
+    def copies(self, source: Any) -> npt.NDArray[np.int64]:
+        """Return how many points of the input each point of what :meth:`execute` sees is, (n,)."""
+        return np.ones(source.GetNumberOfPoints(), np.int64) if self.whole is None else self.whole.copies()
+
     def edge_arrays(self) -> list[str]:
         """Return the names of field arrays that hold pairs of points."""
         return []

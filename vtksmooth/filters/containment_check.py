@@ -62,8 +62,8 @@ class ContainmentCheck(Filter):
     Attributes
     ----------
     summary : dict
-        ``vertices_outside``, ``max_outside`` (largest signed distance, 0 if none is positive; model units)
-        and ``triangles_crossing``, the figures of ``vtksmooth containment --json``; also in field data.
+        ``vertices_outside`` (points of the mesh, as in the array), ``max_outside`` (largest signed distance,
+        0 if none is positive; model units) and ``triangles_crossing``, the figures of ``vtksmooth containment --json``; also in field data.
     notes : list of str
         What is unusual about the installation space.
 
@@ -76,7 +76,7 @@ class ContainmentCheck(Filter):
     >>> check = ContainmentCheck()
     >>> result = check(part.GetOutput(), space.GetOutput())
     >>> check.summary
-    {'vertices_outside': 8, 'max_outside': 0.25, 'triangles_crossing': 8}
+    {'vertices_outside': 24, 'max_outside': 0.25, 'triangles_crossing': 8}
     """
 
     command = "containment"
@@ -110,18 +110,21 @@ class ContainmentCheck(Filter):
         self.progress(0.7, "looking for crossings")
         crossing = crossing_triangles(mesh.points, triangles, space.tree.surface, distances, tolerance)
 
-        def verdict(chosen: npt.NDArray[np.bool_]) -> dict[str, Any]:
-            used = distances[np.unique(triangles[chosen])]
+        def verdict(chosen: npt.NDArray[np.bool_], copies: npt.NDArray[np.int64]) -> dict[str, Any]:
+            used = np.unique(triangles[chosen])
             return {
-                "vertices_outside": int((used > tolerance).sum()),
-                "max_outside": float(max(0.0, used.max(initial=0.0))),
+                "vertices_outside": int(copies[used[distances[used] > tolerance]].sum()),
+                "max_outside": float(max(0.0, distances[used].max(initial=0.0))),
                 "triangles_crossing": int(crossing[chosen].sum()),
             }
 
-        self.summary = verdict(np.ones(len(triangles), np.bool_))
+        self.summary = verdict(np.ones(len(triangles), np.bool_), self.copies(source))
         if self.whole is not None:
             block = self.whole.block_of_faces[face]
-            self._verdicts = [verdict(block == number) for number in range(len(self.whole.blocks))]
+            self._verdicts = [
+                verdict(block == number, self.whole.copies(number))
+                for number in range(len(self.whole.blocks))
+            ]
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(distances, SIGNED_DISTANCE))
         _add_fields(output, self.summary)

@@ -47,7 +47,7 @@ class InstallationSpaceRegions(Filter):
     >>> regions = InstallationSpaceRegions()
     >>> result = regions(inner.GetOutput(), space.GetOutput())
     >>> regions.summary["fixed"], regions.summary["free"]
-    (8, 0)
+    (24, 0)
     """
 
     command = "regions"
@@ -65,7 +65,9 @@ class InstallationSpaceRegions(Filter):
         self.progress(0.0, "measuring distances")
         mesh, space, contact = opened(source, installation, self.contact_fraction)
         self.notes += space.notes
-        fixed, weights, self.summary = classify(mesh, space.tree, contact, self.blend_rings, self.progress)
+        fixed, weights, self.summary = classify(
+            mesh, self.copies(source), space.tree, contact, self.blend_rings, self.progress
+        )
         output = output_like(source)
         output.GetPointData().AddArray(vtk_array(fixed, FIXED))
         output.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
@@ -74,13 +76,20 @@ class InstallationSpaceRegions(Filter):
 
 
 def classify(
-    mesh: Mesh, space: SignedDistanceTree, contact: float, rings: int, tell: Callable[[float], None]
+    mesh: Mesh,
+    copies: npt.NDArray[np.int64],
+    space: SignedDistanceTree,
+    contact: float,
+    rings: int,
+    tell: Callable[[float], None],
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64], dict[str, Any]]:
     """Return what is fixed, (n,), the blend weights, (n,), and how many points are what.
 
     Parameters
     ----------
     mesh : Mesh
+    copies : (n,) int64
+        How many points of the input each point is.
     space : SignedDistanceTree
     contact : float
         Points no farther from the space's surface than this are fixed.
@@ -97,8 +106,8 @@ def classify(
         fixed,
         weights,
         {
-            "fixed": int(near.sum()),
-            "blended": int((weights[used[near]] > 0.0).sum()),
-            "free": int(len(used) - near.sum()),
+            "fixed": int(copies[used[near]].sum()),
+            "blended": int(copies[used[near & (weights[used] > 0.0)]].sum()),
+            "free": int(copies[used[~near]].sum()),
         },
     )

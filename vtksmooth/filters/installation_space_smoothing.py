@@ -140,23 +140,23 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         self.progress(0.05, "measuring distances")
         before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
         self.origin = given.origin
-        space = given.tree
+        space, copies = given.tree, self.copies(source)
         contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
         fixed, weights, summary = classify(
-            before, space, contact, self.blend_rings, lambda part: self.progress(0.05 + 0.05 * part)
+            before, copies, space, contact, self.blend_rings, lambda part: self.progress(0.05 + 0.05 * part)
         )
         fixed, weights = self._with_given(source, fixed, weights)
         triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
         triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
         self._constraints = self._made(weights, space, tolerance)
         self.progress(0.1, "looking for crossings")
-        state_before = _violations(before, space, tolerance)
+        state_before = _violations(before, copies, space, tolerance)
         low, high = whole
         self._share = (low + 0.15 * (high - low), low + 0.9 * (high - low))
         output = super().execute(triangles)
         self._share = whole
         self.progress(0.9, "verifying")
-        after = _violations(relative(surface_of(output).mesh, self.origin), space, tolerance)
+        after = _violations(relative(surface_of(output).mesh, self.origin), copies, space, tolerance)
         report = InstallationSpaceReport(
             **asdict(self.report),
             **summary,
@@ -215,12 +215,14 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         return [*super().make_constraints(diagonal), *self._constraints]
 
 
-def _violations(mesh: Mesh, space: SignedDistanceTree, tolerance: float) -> tuple[int, int]:
-    """Return how many vertices are outside, and how many triangles cross."""
+def _violations(
+    mesh: Mesh, copies: npt.NDArray[np.int64], space: SignedDistanceTree, tolerance: float
+) -> tuple[int, int]:
+    """Return how many points are outside, with all their copies, and how many triangles cross."""
     used = used_points(mesh)
     distances: npt.NDArray[np.float64] = np.zeros(mesh.n_points)
     distances[used] = space(mesh.points[used])
     crossing = crossing_triangles(
         mesh.points, mesh.connectivity.reshape(-1, 3), space.surface, distances, tolerance
     )
-    return int((distances > tolerance).sum()), int(crossing.sum())
+    return int(copies[distances > tolerance].sum()), int(crossing.sum())

@@ -134,6 +134,13 @@ class Joined:
         own[self.place[self.counted]] = True
         return own
 
+    def copies(self, block: int | None = None) -> Int64:
+        """Return how many counted points, of all blocks or of one, each point of the polydata is, (p,)."""
+        mine = self.counted.copy()
+        if block is not None:
+            mine[: self.starts[block]] = mine[self.starts[block + 1] :] = False
+        return np.bincount(self.place[mine], minlength=len(self.first))
+
     @property
     def block_of_faces(self) -> Int64:
         """The block of each face of the polydata."""
