@@ -63,7 +63,8 @@ class ContainmentCheck(Filter):
     ----------
     summary : dict
         ``vertices_outside`` (points of the mesh, as in the array), ``max_outside`` (largest signed distance,
-        0 if none is positive; model units) and ``triangles_crossing``, the figures of ``vtksmooth containment --json``; also in field data.
+        0 if none is positive; model units) and ``triangles_crossing``, the figures of
+        ``vtksmooth containment --json``; also in field data.
     notes : list of str
         What is unusual about the installation space.
 
