@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPolyData, vtkTable
 
 from vtksmooth import ContainmentCheck, InstallationSpaceRegions, InstallationSpaceSmoothing, InvalidMeshError
 from vtksmooth.cli import main
@@ -221,3 +221,19 @@ def test_points_of_no_face_do_not_count():
     assert (summary["vertices_outside"], summary["max_outside"]) == (9, 0.25)
     assert np.isnan(distances[-2])
     assert distances[-1] > 0.9e20
+
+
+@pytest.mark.filterwarnings("error")
+def test_spaces_without_a_surface_are_refused_by_name():
+    part, nothing = meshes.polydata(meshes.cube()), vtkPolyData()
+    nothing.SetPoints(part.GetPoints())
+    faces = vtkCellArray()
+    faces.InsertNextCell(0)
+    nothing.SetPolys(faces)
+    blocks = vtkMultiBlockDataSet()
+    blocks.SetBlock(0, vtkPolyData())
+    table = vtkMultiBlockDataSet()
+    table.SetBlock(0, vtkTable())
+    for space in (nothing, blocks, table):
+        with pytest.raises(InvalidMeshError, match="installation space"):
+            ContainmentCheck()(part, space)

@@ -436,7 +436,7 @@ class Filter(VTKPythonAlgorithmBase):
         further = [
             whole.like([others[place] for others in seconds])
             if pair and whole is not None
-            else _one_surface(seconds[0][place])
+            else _one_surface(seconds[0][place], INPUTS[self.inputs[1 + place]].title)
             for place, pair in enumerate(paired)
         ]
         if whole is not None:
@@ -471,8 +471,11 @@ def _leaves(composite: Any) -> Iterator[Any]:
         leaves.GoToNextItem()
 
 
-def _one_surface(source: Any) -> Any:
-    """Return an input in blocks as one polydata; one that is in one piece as it is."""
+def _one_surface(source: Any, title: str) -> Any:
+    """Return an input in blocks as one polydata; one that is in one piece as it is.
+
+    Errors call it by its `title`.
+    """
     if not isinstance(source, vtkCompositeDataSet):
         return source
     blocks = []
@@ -480,12 +483,13 @@ def _one_surface(source: Any) -> Any:
         data, index = leaf.GetCurrentDataObject(), leaf.GetCurrentFlatIndex()
         if not isinstance(data, vtkPolyData):
             raise InvalidMeshError(
-                f"Block {index} must be polydata, not {_vtk_class(data).__name__}; extract its surface first."
+                f"Block {index} of the {title} must be polydata, not {_vtk_class(data).__name__}; extract "
+                "its surface first."
             )
         if data.GetNumberOfPolys() + data.GetNumberOfStrips():
             blocks.append(Block(index, data))
     if not blocks:
-        raise InvalidMeshError("The mesh has no faces; smoothing needs a surface of polygons.")
+        raise InvalidMeshError(f"The {title} has no faces in any block; give a surface of polygons.")
     whole = joined(blocks, None, False, DUPLICATES | HIDDEN)
     return blocks[0].data if whole is None else whole.polydata
 

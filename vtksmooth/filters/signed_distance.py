@@ -223,8 +223,10 @@ def common_origin(space: Mesh, mesh: Mesh) -> Float64:
     the space on each axis; 0 where subtracting that would round a coordinate of a face. So wherever the two
     surfaces are moved to without rounding, what is computed is the same.
     """
-    places = np.concatenate([one.points[used_points(one)] for one in (space, mesh)])
-    low = space.points[used_points(space)].min(axis=0, initial=np.inf)
+    corners = [one.points[used_points(one)] for one in (space, mesh)]
+    if not len(corners[0]):
+        return np.zeros(3)
+    places, low = np.concatenate(corners), corners[0].min(axis=0)
     return np.where((_rounding_of_difference(places, low) == 0.0).all(axis=0), low, 0.0)
 
 
