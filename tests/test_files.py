@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 from pyvista import examples
-from vtkmodules.vtkCommonCore import vtkStringArray
+from vtkmodules.vtkCommonCore import vtkFloatArray, vtkStringArray, vtkVariantArray
+from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from vtksmooth.errors import MeshFileError
 from vtksmooth.files import (
@@ -427,3 +428,48 @@ def test_texts_with_null_characters_are_left_out_of_xml_files(tmp_path, extensio
     assert [kept.GetValue(i) for i in range(n)] == [f"é {i}" for i in range(n)]
     assert "broken" not in getattr(made, home)
     assert "broken" in getattr(mesh, home)
+
+
+def _faces(*cells):
+    mesh = pv.PolyData()
+    mesh.points = np.eye(3)
+    polys = vtkCellArray()
+    for cell in cells:
+        polys.InsertNextCell(len(cell), cell)
+    mesh.SetPolys(polys)
+    return mesh
+
+
+@pytest.mark.parametrize("extension", WRITABLE)
+def test_broken_meshes_are_refused_before_they_are_written(tmp_path, extension):
+    short = vtkFloatArray()
+    short.SetName("short")
+    short.SetNumberOfTuples(2)
+    mesh = _faces([0, 1, 2])
+    mesh.GetPointData().AddArray(short)
+    for broken, what in ((mesh, "short has 2 values for 3"), (_faces([0, 1, 9]), "refers to point 9")):
+        with pytest.raises(MeshFileError, match=f"cannot write m{extension}.*{what}.*mend it first"):
+            write_surface(broken, tmp_path / f"m{extension}")
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize("extension", writing._WRITE_POLYGONS)
+def test_what_no_format_holds_is_left_out_and_said(tmp_path, extension):
+    if extension == ".3mf":
+        pytest.importorskip("trimesh")
+    mesh = _faces([0, 1], [0, 1, 2], [])
+    variants = vtkVariantArray()
+    variants.SetName("any")
+    variants.SetNumberOfValues(3)
+    mesh.GetPointData().AddArray(variants)
+    notes = " ".join(write_surface(mesh, tmp_path / f"m{extension}"))
+    assert "neither numbers nor texts left out: any" in notes
+    assert "2 faces with less than three corners were left out" in notes
+    if extension in READABLE:
+        assert read_surface(tmp_path / f"m{extension}")[0].n_cells == 1
+
+
+@pytest.mark.parametrize("extension", writing._TRIANGLES_ONLY)
+def test_meshes_without_faces_are_refused(tmp_path, extension):
+    with pytest.raises(MeshFileError, match=r"the mesh has no faces; use \.vtp"):
+        write_surface(pv.PolyData(), tmp_path / f"m{extension}")

@@ -61,4 +61,5 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
 
 
 def _single(mesh: Polygons, name: str) -> npt.NDArray[np.float32]:
-    return mesh.point_data[name].astype(np.float32)
+    with np.errstate(over="ignore"):
+        return mesh.point_data[name].astype(np.float32)

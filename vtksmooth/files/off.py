@@ -194,7 +194,8 @@ def _points(
     at, end = 3, values.shape[1] - 2 * (b"ST" in announced)
     if b"N" in announced:
         if at + 3 <= end:
-            data["Normals"] = values[:, at : at + 3].astype(np.float32)
+            with np.errstate(over="ignore"):
+                data["Normals"] = values[:, at : at + 3].astype(np.float32)
             at += 3
         else:
             lost.append("normals of points, as not all have one")
@@ -207,7 +208,8 @@ def _points(
         at = end
     if b"ST" in announced:
         if at <= end and counts.min() == counts.max():
-            data["TCoords"] = values[:, end : end + 2].astype(np.float32)
+            with np.errstate(over="ignore"):
+                data["TCoords"] = values[:, end : end + 2].astype(np.float32)
         else:
             lost.append("texture coordinates of points, as not all have one")
     elif not lost and counts.max() > at:

@@ -503,7 +503,8 @@ def write(file: IO[bytes], mesh: Polygons) -> Kept:
         table["corners"] = mesh.connectivity[starts[a] : starts[b]].reshape(b - a, size)
         if textures is not None:
             table["texcoords"] = 2 * size
-            table["texcoord"] = textures[starts[a] : starts[b]].reshape(b - a, 2 * size)
+            with np.errstate(over="ignore"):
+                table["texcoord"] = textures[starts[a] : starts[b]].reshape(b - a, 2 * size)
         for i, (_, column) in enumerate(face):
             table[f"{i}"] = column[a:b]
         file.write(table.tobytes())

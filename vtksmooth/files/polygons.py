@@ -62,6 +62,19 @@ class Polygons(NamedTuple):
         cells = {name: array[before:] for name, array in self.cell_data.items()}
         return self._replace(verts=NONE, lines=NONE, cell_data=cells)
 
+    def without_short_faces(self) -> tuple[Polygons, int]:
+        """Return the mesh without faces of less than three corners, and how many these are."""
+        kept = self.sizes >= 3
+        if kept.all():
+            return self, 0
+        before = len(self.verts[0]) + len(self.lines[0])
+        chosen = np.concatenate((np.ones(before, bool), kept))
+        cells = {name: array[chosen] for name, array in self.cell_data.items()}
+        corners = self.connectivity[np.repeat(kept, self.sizes)]
+        return self._replace(sizes=self.sizes[kept], connectivity=corners, cell_data=cells), int(
+            (~kept).sum()
+        )
+
     def name_of(self, role: str, components: int) -> str | None:
         """Return the name of the point array that plays a role, None where there is none that can."""
         name = self.roles.get(role, role)

@@ -18,7 +18,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 
 from ..errors import MeshFileError
 from ..filters.arrays import cells_of, name_of, points_of, strip_triangles
-from . import gltf, names, obj, off, ply, stl, threemf, vtk_formats
+from . import damage, gltf, names, obj, off, ply, stl, threemf, vtk_formats
 from .polygons import Kept, Polygons
 
 #: The formats of which not all of a mesh is written.
@@ -155,10 +155,32 @@ def write_surface(mesh: vtkPolyData, path: str | os.PathLike[str]) -> list[str]:
     path = names.path_of(path)
     check_writable(path)
     surface = names.decoded(mesh)
+    surface, notes = _without_variants(surface, path.name)
+    try:
+        damage.check("the mesh", surface)
+    except MeshFileError as error:
+        reason = str(error).replace("export it again", "mend it first")
+        raise MeshFileError(f"cannot write {path.name}: {reason}") from error
     surface = surface if isinstance(surface, pv.PolyData) else pv.wrap(surface)
     with atomic(path) as temporary:
-        notes = _write(surface, temporary, path.name)
+        notes += _write(surface, temporary, path.name)
     return notes
+
+
+def _without_variants(mesh: Any, name: str) -> tuple[Any, list[str]]:
+    """Leave out arrays of neither numbers nor texts, which no format holds."""
+    copy = mesh.NewInstance()
+    copy.ShallowCopy(mesh)
+    lost = []
+    for data in (copy.GetPointData(), copy.GetCellData(), copy.GetFieldData()):
+        for i in reversed(range(data.GetNumberOfArrays())):
+            array = data.GetAbstractArray(i)
+            if not (array.IsA("vtkDataArray") or array.IsA("vtkStringArray")):
+                lost.append(name_of(array) or "(unnamed)")
+                data.RemoveArray(i)
+    if not lost:
+        return mesh, []
+    return copy, [f"{name}: arrays of neither numbers nor texts left out: {', '.join(lost)}."]
 
 
 @contextlib.contextmanager
@@ -218,7 +240,11 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
                 f"{' and '.join(others)} but no faces; use .obj or .vtp."
             )
         notes.append(f"{name}: {format_name} holds faces only; {' and '.join(others)} were left out.")
-    polygons = _polygons(mesh)
+    if extension in _TRIANGLES_ONLY and not mesh.n_cells:
+        raise MeshFileError(f"cannot write {name}: the mesh has no faces; use .vtp.")
+    polygons, short = _polygons(mesh).without_short_faces()
+    if short:
+        notes.append(f"{name}: {short} faces with less than three corners were left out.")
     if extension in _FACES_ONLY:
         polygons = polygons.only_faces()
     if extension == ".ply":
@@ -231,7 +257,7 @@ def _write(mesh: pv.PolyData, temporary: Path, name: str) -> list[str]:
         notes.append(f"{name}: {format_name} keeps single precision only; the points were rounded.")
     if extension in _TRIANGLES_ONLY and (polygons.sizes != 3).any():
         notes.append(f"{name}: {format_name} holds triangles only; larger faces were split.")
-        polygons = _polygons(_triangulated(mesh))
+        polygons = _polygons(_triangulated(mesh)).only_faces()
     if extension == ".stl":
         loose = int((np.bincount(polygons.connectivity, minlength=len(polygons.points)) == 0).sum())
         if loose:
