@@ -361,12 +361,10 @@ class _Run:
                 continue
             self.scheme.prepare(state, turn)
             self.disposal.prepare(state)
-            if self.on_edges:
-                moved = sum(self._operations(done, share))
-            elif not self.in_place:
-                self._simultaneous(turn)
+            if self.in_place or self.on_edges:
+                moved = max(0, moved) + self._one_by_one(turn, done, share)
             else:
-                moved = max(0, moved) + sum(self._in_place(turn, done, share))
+                self._simultaneous(turn)
         return moved
 
     def _together(self, done: float, share: float) -> int:
@@ -381,7 +379,7 @@ class _Run:
             for turn in range(self.scheme.passes):
                 self.scheme.prepare(state, turn)
                 self.disposal.prepare(state)
-                moved += sum(self._in_place(turn, done, share))
+                moved += self._one_by_one(turn, done, share)
             stay = self.disposal.unwelcome(state, before) if moved else np.zeros(len(before), bool)
             if not stay.any():
                 break
@@ -405,6 +403,9 @@ class _Run:
         self.scheme.propose(self.state, turn, starts, ends, self.proposed)
         self.disposal.dispose(self.state, starts, ends, self.proposed)
 
+    def _one_by_one(self, turn: int, done: float, share: float) -> int:
+        return sum(self._operations(done, share) if self.on_edges else self._in_place(turn, done, share))
+
     def _in_place(self, turn: int, done: float, share: float) -> Iterator[int]:
         if self.proposed.shape != self.state.points.shape:
             self.proposed = np.empty_like(self.state.points)
@@ -427,7 +428,8 @@ class _Run:
             damping *= self.disposal.factors
         guarding = [constraint for constraint in self.disposal.constraints if constraint.guard is not None]
         guard = guarding[0].guard if guarding else everywhere()
-        for part, moved, checked, asked in self.scheme.sweep(self.state, damping, guard):
+        admitted = self.disposal.admitted if self.disposal.judges_ends else None
+        for part, moved, checked, asked in self.scheme.sweep(self.state, damping, guard, admitted):
             for constraint in guarding:
                 constraint.count(checked, asked)
             yield moved

@@ -73,13 +73,17 @@ class Disposal:
     Raises
     ------
     ParameterError
-        Two constraints cannot be kept together, or one has no say in operations on edges.
+        Two constraints cannot be kept together, or one has no say in operations on edges: it changes steps
+        otherwise than by taking a part of them.
     """
 
     def __init__(self, constraints: Sequence[Constraint], kept: frozenset[str], on_edges: bool) -> None:
         needed = [each for each in constraints if each.topic not in kept]
-        needed += [companion for each in needed for companion in each.companions]
+        #: Constraints whose promise the scheme keeps.
+        self.kept = [each for each in constraints if each.topic in kept]
+        needed += [companion for each in constraints for companion in each.companions]
         self.constraints = sorted(needed, key=lambda each: each.phase)
+        self.on_edges = on_edges
         self.in_place = any(each.in_place for each in needed)
         for one in needed:
             for other in needed:
@@ -88,7 +92,7 @@ class Disposal:
                         f"{one} cannot go together with {str(other)[0].lower()}{str(other)[1:]}: "
                         f"{one.conflicts[other.topic]}. Leave one of them out."
                     )
-            if on_edges and not one.on_edges:
+            if on_edges and one.phase in (Phase.DIRECT, Phase.RETRACT, Phase.CONSERVE):
                 raise ParameterError(
                     f"{one} cannot dispose of operations on edges: leave it out, or choose a scheme that "
                     "moves one vertex at a time."
@@ -97,6 +101,8 @@ class Disposal:
         self._directing, self._retracting = by_phase[Phase.DIRECT], by_phase[Phase.RETRACT]
         self._limiting, self._conserving = by_phase[Phase.LIMIT], by_phase[Phase.CONSERVE]
         self._judging = by_phase[Phase.JUDGE]
+        self._of_ends = [each for each in self._limiting + self._judging if on_edges and not each.guards]
+        self.in_place = self.in_place or bool(self._of_ends)
         if not self.in_place:
             covered = frozenset().union(*(each.covers for each in self._conserving))
             self._limiting = [each for each in self._limiting if each.topic not in covered]
@@ -162,6 +168,38 @@ class Disposal:
                 self._limit(state, rows, last, proposed)
                 judge.dispose(state, rows, last, proposed)
 
+    @property
+    def judges_ends(self) -> bool:
+        """Whether operations on edges are judged by :meth:`admitted`."""
+        return any(self.judged_alone or each.phase != Phase.JUDGE for each in self._of_ends)
+
+    def admitted(
+        self, state: State, edges: npt.NDArray[np.int32], proposed: Float64
+    ) -> npt.NDArray[np.bool_]:
+        """Return which edges, (k, 2), may have both their ends where they are `proposed`, (k,).
+
+        No face may have vertices of two edges. First one end goes, then the other: each by itself keeps every
+        promise, so that both do. The points are then as before; `proposed` is where nothing is admitted.
+        """
+        good = self._may_go(state, edges[:, 0], proposed)
+        first = edges[good, 0]
+        before = state.points[first]
+        state.points[first] = proposed[first]
+        good[good] = self._may_go(state, edges[good, 1], proposed)
+        state.points[first] = before
+        return good
+
+    def _may_go(
+        self, state: State, vertices: npt.NDArray[np.int32], proposed: Float64
+    ) -> npt.NDArray[np.bool_]:
+        wanted = proposed[vertices]
+        rows = np.sort(vertices).astype(np.int64)
+        for constraint in self._of_ends:
+            if self.judged_alone or constraint.phase != Phase.JUDGE:
+                constraint.dispose(state, rows, rows + 1, proposed)
+        unchanged: npt.NDArray[np.bool_] = (proposed[vertices] == wanted).all(axis=1)
+        return unchanged
+
     def _limit(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Shorten steps until every limit admits them."""
         if not self._limiting or len(self._limiting) + len(self._retracting) < 2:
@@ -201,7 +239,9 @@ class Disposal:
     @property
     def judges_passes(self) -> bool:
         """Whether there are gates, and all the rest keeps its promise with each vertex that moves."""
-        return bool(self._judging) and not any(each.needs_still for each in self._limiting)
+        return bool(self._judging) and not any(
+            each.needs_still or (self.on_edges and each.guards) for each in self._limiting
+        )
 
     def unwelcome(self, state: State, before: Float64) -> npt.NDArray[np.bool_]:
         """Return the vertices that must stay for the pass that began at `before` to be accepted, (n,)."""
@@ -236,8 +276,8 @@ class Disposal:
 
     def check(self, state: State) -> list[str]:
         """Return the promises that do not hold after the run, a sentence each."""
-        found = [(constraint, constraint.check(state)) for constraint in self.constraints]
-        return [f"{constraint}: {broken}." for constraint, broken in found if broken]
+        found = [(each, each.check(state)) for each in (*self.constraints, *self.kept)]
+        return [f"{each}: {broken}." for each, broken in found if broken]
 
     def _room(self, like: Float64) -> Float64:
         if self._spare.shape != like.shape:

@@ -66,10 +66,6 @@ class Constraint:
     #: Whether its promise holds only when neighbours do not move at the same time.
     in_place: bool = False
 
-    #: Whether it can restrict operations on edges, which move both ends at once: by pinning, by
-    #: :attr:`damping`, or by its :attr:`guard`.
-    on_edges: bool = False
-
     #: After `prepare`, the part of each vertex' step that is taken, (n,) in [0, 1]; None: all of it.
     damping: Float64 | None = None
 
@@ -82,7 +78,10 @@ class Constraint:
     #: Whether it can judge a vertex only if its neighbours stand still.
     needs_still: bool = False
 
-    #: What operations on edges are held against; None: nothing.
+    #: Whether schemes on edges judge their operations by its :attr:`guard`, not by :meth:`dispose`.
+    guards: bool = False
+
+    #: What these schemes read; None before it is bound.
     guard: Any = None
 
     def __str__(self) -> str:

@@ -55,7 +55,6 @@ class Boundary(Constraint):
     def __init__(self, sliding: bool = False, corner_angle: float = 30.0) -> None:
         self.sliding = sliding
         self.corner_angle = corner_angle
-        self.on_edges = not sliding
         self.phase = Phase.DIRECT if sliding else Phase.PIN
         self.name = "A sliding boundary (boundary)" if sliding else "A fixed boundary"
 

@@ -74,7 +74,7 @@ class Containment(Constraint):
     """
 
     name = "The installation space (containment)"
-    on_edges = True
+    guards = True
 
     def __init__(self, space: SignedDistanceTree, tolerance: float, exact: bool = False) -> None:
         self.space, self.tolerance, self.exact = space, tolerance, exact

@@ -26,7 +26,6 @@ class Damping(Constraint):
     """Base of the constraints that damp; they set `damping` when they are bound or prepared."""
 
     phase = Phase.SCALE
-    on_edges = True
 
 
 def factors(constraints: Sequence[Constraint]) -> Float64 | None:

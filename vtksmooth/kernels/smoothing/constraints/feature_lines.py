@@ -28,7 +28,6 @@ class FeatureLines(Constraint):
 
     def __init__(self, sliding: bool = True) -> None:
         self.sliding = sliding
-        self.on_edges = not sliding
         self.phase = Phase.DIRECT if sliding else Phase.PIN
         self.name = f"Features that {'slide' if sliding else 'are held'} (features)"
         self._slides = np.empty(0, np.uint8)

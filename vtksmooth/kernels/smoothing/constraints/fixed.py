@@ -20,7 +20,6 @@ class Fixed(Constraint):
 
     name = "Fixed points (fixed)"
     phase = Phase.PIN
-    on_edges = True
 
     def __init__(self, mask: npt.ArrayLike) -> None:
         self.mask = np.asarray(mask) != 0

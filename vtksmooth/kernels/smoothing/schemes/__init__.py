@@ -82,16 +82,24 @@ class Operations(NamedTuple):
     asked: int
 
 
+#: ``admitted(state, edges, proposed)`` returns which `edges`, (k, 2), may have both ends where they are
+#: `proposed`, if no face has vertices of two of them. What becomes of `proposed` does not matter.
+Admitted = Callable[[State, npt.NDArray[np.int32], Float64], npt.NDArray[np.bool_]]
+
+
 class EdgeScheme(Scheme):
     """A scheme whose operations move both ends of an edge at once.
 
     What one operation does to the surface (to its volume, say) must be carried out as a whole or not at
-    all, so proposals do not pass through the constraints one vertex at a time. The loop hands over what
-    the constraints say beforehand: pinned vertices, damping, and the guard of the space to stay in.
+    all, so constraints cannot change the step of one end. The loop hands over what they say beforehand,
+    pinned vertices, damping, and the guard of the space to stay in; and what limits and gates say of both
+    ends.
     """
 
     @abstractmethod
-    def sweep(self, state: State, damping: Float64, guard: Guard) -> Iterator[Operations]:
+    def sweep(
+        self, state: State, damping: Float64, guard: Guard, admitted: Admitted | None = None
+    ) -> Iterator[Operations]:
         """Do all operations once; tell now and then what has been done.
 
         Parameters
@@ -102,6 +110,8 @@ class EdgeScheme(Scheme):
             Part of each vertex' step that is taken; vertices with 0 keep their bits.
         guard : Guard
             Operations that it does not allow are discarded.
+        admitted : callable, optional
+            Nor are those carried out that it does not admit, but perhaps shorter ones.
         """
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

@@ -14,15 +14,19 @@ from ....jit.compiled import device, kernel, routine
 from ...containment.crossings import scratch
 from ...containment.safe_moves import Guard, may_go, pending, settle, spread, stars_may_go
 from ...mesh.adjacency import Adjacency
+from ..constraints.no_inversion import HALVINGS
 from ..run_state import State
 from ..weights import Weights
-from . import EdgeScheme, Float64, Operations
+from . import Admitted, EdgeScheme, Float64, Operations
 
 Int32 = npt.NDArray[np.int32]
 Int64 = npt.NDArray[np.int64]
 
 #: Vertices of a block: its rows fit a core's second-level cache.
 BLOCK_SIZE = 2048
+
+#: Vertices whose edges are in batches together: enough to do for each call, and near each other in memory.
+BATCHED = 8192
 
 #: The two rows of an edge's system are the same up to rounding: the pair has no best place.
 _SINGULAR = 1e-12
@@ -172,6 +176,30 @@ def edges_of(
         ring,
         mirror,
     )
+
+
+def batches_of(edges: Edges, size: int = BATCHED) -> list[Int64]:
+    """Return which edges can be judged at the same time: no two of a batch change the same Laplacians.
+
+    Batches of the first `size` vertices come first, and so on.
+    """
+    count = len(edges.ends)
+    colour, left = np.full(count, -1), np.arange(count)
+    while len(left):
+        # Each edge is a block.
+        found = np.empty(len(left), np.int32)
+        _schedule(
+            edges.ends[left], np.arange(len(left)), edges.offsets, edges.ring, np.empty(len(left), np.int8),
+            np.empty(len(left), np.int64), np.zeros(len(left) + 1, np.int64), found,
+            np.zeros(len(edges.offsets) - 1, np.uint64),
+        )  # fmt: skip
+        first = int(colour.max()) + 1
+        colour[left] = np.where(found < 63, first + found, -1)
+        left = left[found >= 63]
+    first = edges.ends[:, 0] // size
+    order = np.lexsort((edges.ends[:, 0], colour, first))
+    changes = (np.diff(first[order]) != 0) | (np.diff(colour[order]) != 0)
+    return np.split(order, np.flatnonzero(changes) + 1)
 
 
 @kernel
@@ -382,6 +410,39 @@ def _update_laplacians(v, end, rows, first, last, ring, reverse, d):
         rows[k, 5] += reverse[r] * dz
 
 
+@device
+def _steps(i, j, si, sj, cross, offsets, ring, reverse, rows, f, g, d):
+    # The steps d of both ends, damped by si and sj, that keep the volume; returns whether they are any good.
+    cii = rows[i, 7]
+    cjj = rows[j, 7]
+    # The place is sought of the ends that move.
+    cij = cross if si > 0.0 and sj > 0.0 else 0.0
+    det = cii * cjj - cij * cij
+    if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
+        return False
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
+    for end in range(2):
+        v = i if end == 0 else j
+        other = j if end == 0 else -1
+        wx, wy, wz = _look_round(end, v, other, rows, offsets[v], offsets[v + 1], ring, reverse, f, g)
+        ux += wx
+        uy += wy
+        uz += wz
+    for axis in range(3):
+        d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
+        d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
+    wanted = _square(d)
+    _keep_volume(si, sj, ux, uy, uz, g, d)
+    # What the volume takes back but for rounding is no step.
+    if _square(d) <= _TAKEN_BACK * wanted:
+        return False
+    # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
+    # there is none of reasonable size. Then the energy would grow.
+    return _energy_change(cii, cjj, cij, f, d) < 0.0
+
+
 @kernel
 def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
     # rows[v]: position, Laplacian, damping, sum of squared coefficients: a line of the cache.
@@ -403,34 +464,7 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
             j = edges[e, 1]
             si = rows[i, 6]
             sj = rows[j, 6]
-            cii = rows[i, 7]
-            cjj = rows[j, 7]
-            # The place is sought of the ends that move.
-            cij = cross[e] if si > 0.0 and sj > 0.0 else 0.0
-            det = cii * cjj - cij * cij
-            if (si == 0.0 and sj == 0.0) or not det > _SINGULAR * (cii * cjj):
-                continue
-            ux = 0.0
-            uy = 0.0
-            uz = 0.0
-            for end in range(2):
-                v = i if end == 0 else j
-                other = j if end == 0 else -1
-                wx, wy, wz = _look_round(end, v, other, rows, offsets[v], offsets[v + 1], ring, reverse, f, g)
-                ux += wx
-                uy += wy
-                uz += wz
-            for axis in range(3):
-                d[0, axis] = si * ((cjj * f[0, axis] - cij * f[1, axis]) / det)
-                d[1, axis] = sj * ((cii * f[1, axis] - cij * f[0, axis]) / det)
-            wanted = _square(d)
-            _keep_volume(si, sj, ux, uy, uz, g, d)
-            # What the volume takes back but for rounding is no step.
-            if _square(d) <= _TAKEN_BACK * wanted:
-                continue
-            # The correction may take more than the steps have won; and where the ends' g cancel, at cusps,
-            # there is none of reasonable size. Then the energy would grow.
-            if not _energy_change(cii, cjj, cij, f, d) < 0.0:
+            if not _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d):
                 continue
             if active:
                 slack_i = slack[i]
@@ -453,6 +487,63 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
                 v = i if end == 0 else j
                 _move(v, end, rows, d)
                 _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
+            moved += 1
+    return moved, checked, asked
+
+
+@kernel
+def _propose(starts, ends, chosen, edges, cross, offsets, ring, reverse, rows, part, steps, good, proposed):
+    # The steps of the `chosen` edges, `part` of what they usually are, and whether there are any.
+    g = np.empty((2, 3))
+    f = np.empty((2, 3))
+    for share in range(starts.size):
+        for k in range(starts[share], ends[share]):
+            e = chosen[k]
+            i = edges[e, 0]
+            j = edges[e, 1]
+            d = steps[k]
+            si = part * rows[i, 6]
+            sj = part * rows[j, 6]
+            good[k] = _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d)
+            for axis in range(3):
+                proposed[i, axis] = rows[i, axis] + d[0, axis] if si > 0.0 else rows[i, axis]
+                proposed[j, axis] = rows[j, axis] + d[1, axis] if sj > 0.0 else rows[j, axis]
+
+
+@kernel
+def _carry_out(starts, ends, chosen, edges, offsets, ring, reverse, steps, guard, good, rows, points):
+    # The steps that are `good`; then that is what has been done.
+    moved = 0
+    checked = 0
+    asked = 0
+    room = scratch()
+    new = pending(guard)
+    old = np.empty((2, 3))
+    for share in range(starts.size):
+        for k in range(starts[share], ends[share]):
+            if not good[k]:
+                continue
+            i = edges[chosen[k], 0]
+            j = edges[chosen[k], 1]
+            d = steps[k]
+            if guard.active:
+                slack_i = guard.slack[i]
+                slack_j = guard.slack[j]
+                step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
+                step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
+                checked += (rows[i, 6] > 0.0) + (rows[j, 6] > 0.0)
+                good[k], queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new)
+                asked += queries
+                if not good[k]:
+                    guard.slack[i] = slack_i
+                    guard.slack[j] = slack_j
+                    continue
+            for end in range(2):
+                v = i if end == 0 else j
+                _move(v, end, rows, d)
+                _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
+                for axis in range(3):
+                    points[v, axis] = rows[v, axis]
             moved += 1
     return moved, checked, asked
 
@@ -516,7 +607,8 @@ class Pairwise(EdgeScheme):
         self.values: Float64 | None = None
         self.cross = np.empty(len(self.edges.ends))
         self.reverse = np.empty(len(self.edges.ring))
-        self.laplacian = np.empty_like(state.points)
+        self.laplacian, self.proposed = np.empty_like(state.points), np.empty_like(state.points)
+        self.batches: list[Int64] = []
 
     def prepare(self, state: State, turn: int) -> None:
         near, edges = state.near, self.edges
@@ -534,13 +626,21 @@ class Pairwise(EdgeScheme):
         # The Laplacians anew: rounding errors do not pile up.
         self.weights.apply(state.points, near, self.values, self.laplacian)
 
-    def sweep(self, state: State, damping: Float64, guard: Guard) -> Iterator[Operations]:
+    def sweep(
+        self, state: State, damping: Float64, guard: Guard, admitted: Admitted | None = None
+    ) -> Iterator[Operations]:
         edges = self.edges
         everything = parallel.ranges(len(state.points))
         parallel.run(
             _fill, *everything,
             state.points, self.laplacian, state.near.kinds, damping, self.relaxation, self.rows,
         )  # fmt: skip
+        if admitted is not None:
+            self.batches = self.batches or batches_of(edges)
+            for number, batch in enumerate(self.batches):
+                done = self._judged(state, batch, guard, admitted)
+                yield Operations((number + 1) / len(self.batches), *done)
+            return
         for number, (starts, ends) in enumerate(edges.blocks):
             results = parallel.run(
                 _sweep, starts, ends,
@@ -551,3 +651,28 @@ class Pairwise(EdgeScheme):
             parallel.run(_take, *everything, self.rows, state.points)
             moved, checked, asked = (sum(counts) for counts in zip(*results, strict=True))
             yield Operations((number + 1) / len(edges.blocks), moved, checked, asked)
+
+    def _judged(self, state: State, batch: Int64, guard: Guard, admitted: Admitted) -> tuple[int, int, int]:
+        """Do the operations on a batch of edges that are admitted, as they are or halved some times."""
+        edges = self.edges
+        counts = np.zeros(3, np.int64)
+        for halving in range(HALVINGS + 1):
+            if not len(batch):
+                break
+            steps, good = np.empty((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
+            parallel.run(
+                _propose, *parallel.ranges(len(batch), 64),
+                batch, edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
+                0.5**halving, steps, good, self.proposed, smallest_share=parallel.COSTLY,
+            )  # fmt: skip
+            batch, steps = batch[good], steps[good]
+            good = admitted(state, edges.ends[batch], self.proposed)
+            results = parallel.run(
+                _carry_out, *parallel.ranges(len(batch), 64),
+                batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
+                state.points, smallest_share=parallel.COSTLY,
+            )  # fmt: skip
+            counts += np.sum(results, axis=0)
+            batch = batch[~good]
+        moved, checked, asked = counts.tolist()
+        return moved, checked, asked
