@@ -661,14 +661,14 @@ class Pairwise(EdgeScheme):
                 break
             steps, good = np.empty((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
             parallel.run(
-                _propose, *parallel.ranges(len(batch), 64),
+                _propose, *parallel.ranges(len(batch), size=64),
                 batch, edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
                 0.5**halving, steps, good, self.proposed, smallest_share=parallel.COSTLY,
             )  # fmt: skip
             batch, steps = batch[good], steps[good]
             good = admitted(state, edges.ends[batch], self.proposed)
             results = parallel.run(
-                _carry_out, *parallel.ranges(len(batch), 64),
+                _carry_out, *parallel.ranges(len(batch), size=64),
                 batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
                 state.points, smallest_share=parallel.COSTLY,
             )  # fmt: skip
