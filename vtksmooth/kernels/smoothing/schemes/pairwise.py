@@ -196,9 +196,9 @@ def batches_of(edges: Edges, size: int = BATCHED) -> list[Int64]:
         first = int(colour.max()) + 1
         colour[left] = np.where(found < 63, first + found, -1)
         left = left[found >= 63]
-    first = edges.ends[:, 0] // size
-    order = np.lexsort((edges.ends[:, 0], colour, first))
-    changes = (np.diff(first[order]) != 0) | (np.diff(colour[order]) != 0)
+    region = edges.ends[:, 0] // size
+    order = np.lexsort((edges.ends[:, 0], colour, region))
+    changes = (np.diff(region[order]) != 0) | (np.diff(colour[order]) != 0)
     return np.split(order, np.flatnonzero(changes) + 1)
 
 
