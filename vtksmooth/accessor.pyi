@@ -576,10 +576,11 @@ class VtksmoothAccessor:
         Guarantees
         ----------
         Fixed points and, unless it slides, the boundary keep their bits. The pairwise scheme keeps the volume (of
-        open meshes: the volume swept is 0) to 1e-14 of it in each iteration; what judges or turns the step of
-        one vertex is refused with it: gates, creases, bounds on deviation and displacement, tangent plane, back
-        to surface, null space and corrections, boundaries and features that slide. The flow's size and sign do
-        not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
+        open meshes: the volume swept is 0) to 1e-14 of it in each iteration, with all gates and bounds: it moves
+        the ends of an edge only where these accept both. With `preserve_volume` or `corrections` it inverts no
+        face. Constraints that turn the step of one vertex, or put it on a surface, are refused with it: tangent
+        plane, back to surface, null space, boundaries and features that slide. The flow's size and sign do not
+        matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
         of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
         Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
         below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
@@ -1328,10 +1329,11 @@ class VtksmoothAccessor:
         Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
         ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
         outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-        Neither the number of threads nor the pose matters.
+        Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
+        or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
-        Not guaranteed: that elements do not invert (``report`` counts them); that the surface does not cross
-        itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+        Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
+        ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
 
         Examples
         --------

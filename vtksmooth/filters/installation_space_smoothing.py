@@ -44,10 +44,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
     ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
     outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-    Neither the number of threads nor the pose matters.
+    Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
+    or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
-    Not guaranteed: that elements do not invert (``report`` counts them); that the surface does not cross
-    itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+    Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
+    ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
 
     Attributes
     ----------
