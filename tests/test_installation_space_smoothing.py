@@ -22,7 +22,9 @@ from vtksmooth import (
 )
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface
+from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.signed_distance import SignedDistance
+from vtksmooth.kernels.distance.closest_point import ClosestPoint
 from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 from vtksmooth.kernels.mesh.mesh import Mesh
 from vtksmooth.kernels.smoothing import loop
@@ -159,6 +161,37 @@ def test_who_is_outside_at_the_start_does_not_get_worse(channel):
     assert smoothing.report.crossing[1] <= smoothing.report.crossing[0]
 
 
+@pytest.mark.parametrize("containment", ["vertices", "exact"])
+def test_constraints_and_containment_at_the_same_time(channel, containment):
+    sim, inst = channel
+    sim = sim.copy()
+    sim["Radius"] = np.where(np.arange(sim.n_points) % 3, 0.4, np.inf)
+    unbounded, bound = InstallationSpaceSmoothing(iterations=5), 0.002
+    smoothing = InstallationSpaceSmoothing(
+        iterations=5, containment=containment, gate="floor", gate_floor=0.5, crease_angle=85.0,
+        max_deviation_fraction=bound, max_displacement="Radius", preserve_volume=True,
+    )  # fmt: skip
+    distances = {}
+    surface = ClosestPoint(surface_of(sim.triangulate()).mesh)
+    for one in unbounded, smoothing:
+        result = pv.wrap(one(sim, inst))
+        travelled = np.linalg.norm(result.points - sim.points, axis=1)
+        deviation = surface.query(np.asarray(result.points, float))[1].max()
+        distances[one] = deviation, (travelled - sim["Radius"]).max()
+    assert distances[unbounded][0] > bound * sim.length
+    assert distances[unbounded][1] > 0.01
+    assert distances[smoothing][0] <= bound * sim.length * (1 + 1e-5)
+    assert distances[smoothing][1] <= 1e-6
+    report = smoothing.report
+    assert outside_and_crossing(result, inst) == (report.outside[1], report.crossing[1])
+    assert report.outside[1] == 0
+    assert report.crossing[1] == 0 or containment == "vertices"
+    assert abs(report.swept_volume) < 1e-12 * np.prod(np.ptp(sim.points, axis=0))
+    assert report.min_aspect_ratio[1] >= min(0.5, report.min_aspect_ratio[0])
+    assert report.inverted[1] <= report.inverted[0]
+    assert report.moved > 0.5 * unbounded.report.moved
+
+
 @pytest.mark.parametrize("name", [*SCHEMES, "pairwise"])
 @pytest.mark.parametrize("exact", [False, True])
 def test_every_scheme_stays_inside(name, exact):
@@ -210,7 +243,7 @@ def test_bad_input(channel):
     with pytest.raises(InvalidMeshError, match="installation space"):
         InstallationSpaceSmoothing()(sim, pv.PolyData())
     with pytest.raises(ParameterError, match="operations on edges"):
-        InstallationSpaceSmoothing(gate="aspect")(sim, inst)
+        InstallationSpaceSmoothing(tangent_plane=True)(sim, inst)
     turned = inst.flip_faces()
     smoothing = InstallationSpaceSmoothing(iterations=3)
     expected = pv.wrap(InstallationSpaceSmoothing(iterations=3)(sim, inst)).points
