@@ -1333,7 +1333,8 @@ class VtksmoothAccessor:
         or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
         Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
-        ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+        ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the
+        surface is none, as where voxels touch along an edge, do not move.
 
         Examples
         --------
