@@ -93,7 +93,14 @@ MESHES = [
 
 #: On edges, which need triangles, constraints are refused that turn steps or put points on a surface.
 SCHEMES = {**SCHEMES, "pairwise": Pairwise()}
-TURNING = {"sliding boundary", "features slide", "tangent plane", "null space", "back to surface"}
+TURNING = {
+    "sliding boundary",
+    "smoothed boundary",
+    "features slide",
+    "tangent plane",
+    "null space",
+    "back to surface",
+}
 
 #: Refused because they contradict each other; on meshes of triangles, all that is.
 REFUSED = {frozenset({"back to surface", "volume"}), frozenset({"back to surface", "corrected volume"})}
