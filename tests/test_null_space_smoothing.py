@@ -4,9 +4,11 @@ import meshes
 import numpy as np
 import pytest
 import pyvista as pv
+import reference
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vtksmooth import LaplacianSmoothing, NullSpaceSmoothing, TrapeziumDrawing
+from vtksmooth.errors import VtksmoothError
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.kernels.smoothing import loop
 from vtksmooth.kernels.smoothing.constraints.boundary import Boundary
@@ -91,3 +93,64 @@ def test_by_default_no_element_becomes_worse_than_good_enough():
         assert after >= min(before, 0.6)
         assert smoothing.report.mean_aspect_ratio[1] > smoothing.report.mean_aspect_ratio[0]
         assert smoothing.report.volume[1] == pytest.approx(smoothing.report.volume[0], rel=1e-13)
+
+
+# -- a prescribed flux ----------------------------------------------------------------------------
+
+
+def sourced(mesh, on="cells"):
+    """A mesh with a source that varies along z."""
+    source = pv.wrap(meshes.polydata(mesh))
+    at = source.cell_centers().points if on == "cells" else source.points
+    data = source.cell_data if on == "cells" else source.point_data
+    data["Source"] = 0.002 * (2.0 + at[:, 2] / np.abs(at).max())
+    return source
+
+
+@pytest.mark.parametrize("on", ["cells", "points"])
+@pytest.mark.parametrize("iterations", [1, 5])
+@pytest.mark.parametrize("name", ["torus of triangles", "mixed torus", "sphere", "sheet of quads"])
+def test_a_flux_is_what_the_volume_gains(name, iterations, on):
+    mesh = meshes.USUAL[name]()
+    source = sourced(mesh, on)
+    smoothing = NullSpaceSmoothing(flux="Source", gate="none", iterations=iterations)
+    result = pv.wrap(smoothing(source))
+    areas = np.linalg.norm(reference.area_vectors(mesh), axis=1)
+    if on == "cells":
+        values = source["Source"]
+    else:
+        values = np.array([source["Source"][face].mean() for face in meshes.lists(mesh)])
+    wanted = float((values * areas).sum())
+    assert smoothing.report.flux == pytest.approx(wanted, rel=1e-13)
+    size = reference.volume(mesh) if "sheet" not in name else mesh.diagonal**3
+    assert abs(smoothing.report.swept_volume - wanted) < 1e-14 * size
+    assert result.field_data["SmoothingFlux"][0] == smoothing.report.flux
+    if "sheet" not in name:
+        after = mesh.with_points(np.asarray(result.points, float))
+        assert abs(reference.volume(after) - reference.volume(mesh) - wanted) < 1e-13 * size
+
+
+def test_a_flux_moves_the_surface_where_it_is():
+    source = sourced(meshes.icosphere(3))
+    source["Source"] = np.where(source.cell_centers().points[:, 2] > 0.3, 0.02, 0.0)
+    result = pv.wrap(NullSpaceSmoothing(flux="Source", gate="none", iterations=1, corrections=3)(source))
+    radius = np.linalg.norm(result.points, axis=1)
+    assert radius[source.points[:, 2] > 0.6] == pytest.approx(1.02, abs=2e-3)
+    assert radius[source.points[:, 2] < 0.0] == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"flux": "None"}, "no cell or point array 'None'"),
+        ({"flux": "Source", "gate": "floor"}, "set the gate to none"),
+        ({"flux": "Source", "crease_angle": 30.0}, "leave out the bound on creases"),
+        ({"flux": "Source", "preserve_volume": False}, "preserve_volume"),
+        ({"flux": "Broken"}, "not finite"),
+    ],
+)
+def test_a_flux_that_cannot_be_kept_is_refused(parameters, said):
+    source = sourced(meshes.icosphere(1))
+    source["Broken"] = np.full(source.n_cells, np.nan)
+    with pytest.raises(VtksmoothError, match=said):
+        NullSpaceSmoothing(**{"gate": "none"} | parameters)(source)

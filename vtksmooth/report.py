@@ -59,6 +59,8 @@ class RunReport:
         The volume after rounding to the precision of the output's points; None for open meshes.
     swept_volume : float
         Volume between the surfaces before and after; for closed meshes the change of the volume.
+    flux : float or None
+        Volume that the surface was to gain by the parameter `flux`, beside what it did, `swept_volume`.
     volume_residuals : tuple of float
         With corrections of the local volume, the largest residual before each of the last pass and at its
         end: volume swept round a vertex, over its part of the area; model units.
@@ -83,6 +85,7 @@ class RunReport:
     volume: tuple[float, float] | None = None
     volume_rounded: float | None = None
     swept_volume: float = 0.0
+    flux: float | None = None
     volume_residuals: tuple[float, ...] = ()
     volume_shortened: int = 0
     broken: list[str] = field(default_factory=list)

@@ -92,7 +92,7 @@ class FeatureDetection(Filter):
 
     def merges(self) -> dict[str, Merge]:
         """Return that the neighbours on ridges are numbers of points."""
-        return {RIDGE_NEIGHBOURS: Merge("neighbours", None)}
+        return {RIDGE_NEIGHBOURS: Merge("neighbours", None, 2)}
 
     def edge_arrays(self) -> list[str]:
         """Return the arrays of edges added and removed by hand."""

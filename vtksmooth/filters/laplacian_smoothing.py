@@ -164,7 +164,7 @@ class LaplacianSmoothing(SmoothingFilter):
 
     def merges(self) -> dict[str, Merge]:
         """Return what becomes of the arrays that the parameters name; flows meet in their mean."""
-        return super().merges() | ({} if self.flow is None else {self.flow: Merge("mean")})
+        return super().merges() | ({} if self.flow is None else {self.flow: Merge("mean", components=3)})
 
     def make_scheme(self) -> Scheme:
         """Return the scheme chosen."""

@@ -59,10 +59,13 @@ class Merge(NamedTuple):
         neighbours, -1 for none.
     missing : float or None
         The value of blocks without the array. None: the array counts only if all blocks have it.
+    components : int
+        How many the array has.
     """
 
     rule: str
     missing: float | None = 0.0
+    components: int = 1
 
 
 @dataclass(frozen=True)
@@ -242,7 +245,7 @@ class Joined:
         return [name for name in names if name and name != GHOSTS]
 
     def _merged(self, name: str, merge: Merge) -> npt.NDArray[Any] | None:
-        components = 2 if merge.rule == "neighbours" else 3 if merge.rule == "mean" else 1
+        components = merge.components
         parts = []
         for block in self.blocks:
             with named(block):
@@ -263,8 +266,10 @@ class Joined:
             return result
         result = values[self.first]
         if merge.rule == "mean":
-            total = [np.bincount(self.place, values[:, axis], len(self.first)) for axis in range(components)]
-            return np.column_stack(total) / np.bincount(self.place, minlength=len(self.first))[:, None]
+            columns = values.reshape(len(values), -1).T
+            total = [np.bincount(self.place, column, len(self.first)) for column in columns]
+            mean = np.column_stack(total) / np.bincount(self.place, minlength=len(self.first))[:, None]
+            return mean.reshape(-1, *values.shape[1:])
         (np.minimum if merge.rule == "least" else np.maximum).at(result, self.place, values)
         return result
 

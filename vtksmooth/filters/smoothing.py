@@ -241,6 +241,9 @@ class SmoothingFilter(Filter):
     #: What the loop's coordinates are relative to, (3,).
     origin: Any = (0.0, 0.0, 0.0)
 
+    #: Volume that each face is to sweep in each iteration, where a subclass reads it.
+    _flux: npt.NDArray[np.float64] | None = None
+
     #: Weights that the input gives, see `blend`.
     _weights: npt.NDArray[Any] | None = None
 
@@ -269,7 +272,7 @@ class SmoothingFilter(Filter):
         if self.crease_angle is not None:
             constraints.append(Creases(self.crease_angle))
         if self.corrections or self.preserve_volume:
-            constraints.append(LocalVolume(self.corrections, self.preserve_volume))
+            constraints.append(LocalVolume(self.corrections, self.preserve_volume, self._flux))
         elif self.null_space:
             constraints.append(NoInversion())
         if self.gate != "none":
@@ -303,7 +306,7 @@ class SmoothingFilter(Filter):
             self.blend: Merge("least", 1.0),
             self.max_displacement: Merge("least", np.inf),
             FEATURE_CLASS: Merge("greatest", None),
-            RIDGE_NEIGHBOURS: Merge("neighbours", None),
+            RIDGE_NEIGHBOURS: Merge("neighbours", None, 2),
         }
         return {name: merge for name, merge in named.items() if name is not None}
 
