@@ -987,6 +987,7 @@ class VtksmoothAccessor:
         output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
         scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'equilateral', 'trapezium-drawing', 'angle-based', 'weighted-angle-based'] = 'umbrella',
         relaxation_factor: float = 0.5,
+        flux: str | None = None,
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -1053,6 +1054,8 @@ class VtksmoothAccessor:
             Which steps are proposed.
         relaxation_factor : float, default 0.5
             Part of the proposed step that is taken. Allowed: from 0 to 1. Only where scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin, area-weighted, angle-weighted, odt or equilateral.
+        flux : str, default None
+            Cell or point array of volume per area that the surface is to gain along its normals in the run. Only where preserve_volume is on.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False
@@ -1075,6 +1078,11 @@ class VtksmoothAccessor:
         With the gate, the smallest k does not fall below `gate_floor` or, where it is below, at all. It moves
         points one after another, each with the volume kept up to rounding. With ``gate="none"`` points move at
         the same time, as in the paper: in half the time, but the worst elements may become worse.
+
+        With a `flux` the volume of every closed body grows by the integral of the array over its area at the
+        start, to rounding, in equal parts in each iteration; ``report.flux`` is that of the whole surface, and
+        ``report.swept_volume`` what was gained: a simulation that calls once per time step adds what is left of
+        the one to the next. Round each point what it sweeps answers to the flux there as far as `corrections` go.
 
         Examples
         --------

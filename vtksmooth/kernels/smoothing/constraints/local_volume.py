@@ -385,8 +385,8 @@ class LocalVolume(Constraint):
         self.closes = self.uniform and bool((slide & (state.pinned == 0)).any())
         if len(self.flux) and self.uniform and (state.in_place or self.closes):
             raise ParameterError(
-                "A flux takes steps of all points at the same time, and lines that stay: set the gate to none "
-                "and the boundary to fixed, and leave out the bound on creases and exact containment."
+                "A flux takes steps of all points at the same time, and lines that stay: set the gate to "
+                "none and the boundary to fixed, and leave out the bound on creases and exact containment."
             )
         if self.closes or not state.in_place:
             self._swept = np.empty(len(state.topology.connectivity))
