@@ -3,8 +3,8 @@ A growing front keeps the books
 ===============================
 
 A front that gains volume by a source, as in deposition, etching or growth, is moved and smoothed in one
-step: ``flux`` names an array of the volume that the surface gains per area. Over 1,000 steps the volume gained
-is the flux integrated, to rounding: what rounding leaves over in one step is added to the next.
+step: ``flux`` names an array of the volume that the surface gains per area. Over 1,000 steps the volume
+gained is the flux integrated, to rounding: what rounding leaves over in one step is added to the next.
 """
 
 # %%
