@@ -310,3 +310,43 @@ USUAL = {
     "cube of quads": lambda: cube(3),
     "cube of triangles": lambda: cube(3, triangles=True),
 }
+
+
+def label_walls(labels):
+    """The squares between voxels of different labels, with the labels on both sides; the border is closed.
+
+    Returns the mesh and the (m, 2) labels: normals run from the first to the second. `labels` is a 3-D array.
+    """
+    around = np.pad(np.asarray(labels), 1)
+    size = np.array(around.shape) + 1
+    corners, sides = [], []
+    for axis in range(3):
+        low = np.moveaxis(around, axis, 0)[:-1]
+        high = np.moveaxis(around, axis, 0)[1:]
+        cells = np.argwhere(low != high)
+        sides.append(np.column_stack((low[low != high], high[low != high])))
+        one, two = np.eye(3, dtype=int)[(axis + 1) % 3], np.eye(3, dtype=int)[(axis + 2) % 3]
+        at = cells.copy()
+        at[:, 0] += 1
+        at = at[:, np.argsort([axis, *[a for a in range(3) if a != axis]])]
+        corners.append(np.stack((at, at + one, at + one + two, at + two), axis=1))
+    corners = np.concatenate(corners)
+    numbers = np.ravel_multi_index(corners.reshape(-1, 3).T, size)
+    used, faces = np.unique(numbers, return_inverse=True)
+    points = np.column_stack(np.unravel_index(used, size)).astype(float) - 1.0
+    return Mesh.from_faces(points, faces.reshape(-1, 4)), np.concatenate(sides)
+
+
+def grains(n=9, count=5, seed=0):
+    """Voronoi cells in a ball of voxels, 0 outside."""
+    random = np.random.default_rng(seed)
+    places = np.argwhere(np.ones((n, n, n), bool)) - (n - 1) / 2
+    seeds = random.uniform(-0.35 * n, 0.35 * n, (count, 3))
+    labels = 1 + ((places[:, None] - seeds) ** 2).sum(axis=2).argmin(axis=1)
+    labels[(places**2).sum(axis=1) > (0.45 * n) ** 2] = 0
+    return labels.reshape(n, n, n)
+
+
+def speckle(shape=(4, 5, 4), count=3, seed=0):
+    """Voxels of labels at random: walls that touch along edges and at corners in every way."""
+    return np.random.default_rng(seed).integers(0, count, shape)

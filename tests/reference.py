@@ -426,3 +426,71 @@ def optimal_delaunay(mesh, v, factor):
             centres.append(share @ triangle / share.sum())
             areas.append(np.linalg.norm(triangle_area_vector(*triangle)))
     return _towards(mesh.points[v], centres, areas, factor)
+
+
+# -- surfaces between labels -----------------------------------------------------------------------
+
+
+def label_volumes(mesh, points=None):
+    """The volume of each label: pyramids from the origin over triangles."""
+    p = (mesh.points if points is None else points)[mesh.connectivity.reshape(-1, 3)]
+    volumes = np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])) / 6
+    first, second = mesh.face_labels.T
+    return np.bincount(first, volumes, second.max() + 1) - np.bincount(second, volumes, second.max() + 1)
+
+
+def line_edges(mesh):
+    """The edges where other than two faces meet, or two that lie between other labels."""
+    edges = defaultdict(list)
+    for (p, q), faces in directed_edges(mesh).items():
+        edges[min(p, q), max(p, q)] += faces
+    pairs = {edge: {tuple(mesh.face_labels[f].tolist()) for f in faces} for edge, faces in edges.items()}
+    return {edge for edge, faces in edges.items() if len(faces) != 2 or len(pairs[edge]) > 1}
+
+
+def label_rows(mesh):
+    """The neighbours that the Laplacian of each vertex goes by, where all labels close."""
+    rings = one_rings(mesh)
+    along = [set() for _ in rings]
+    for p, q in line_edges(mesh):
+        along[p].add(q)
+        along[q].add(p)
+    return [line if len(line) > 1 else ring for line, ring in zip(along, rings, strict=True)]
+
+
+def pairwise_labels(mesh, edges, relaxation, reference):
+    """One sweep over `edges`: umbrella steps of both ends, then the shortest steps that keep all volumes."""
+    points = mesh.points.copy()
+    rows = label_rows(mesh)
+
+    def volumes(points):
+        return label_volumes(mesh, points)
+
+    def ratios(points, ends):
+        faces = [f for f, face in enumerate(lists(mesh)) if set(face) & set(ends)]
+        return np.array([aspect_ratio(points[lists(mesh)[f]], reference[f]) for f in faces])
+
+    kept = volumes(points)
+    taken = 0
+    for ends in edges.tolist():
+        step = np.array([relaxation * (points[list(rows[v])].mean(axis=0) - points[v]) for v in ends])
+        wanted = (step**2).sum()
+
+        def after(step, ends=ends, points=points):
+            there = points.copy()
+            there[ends] += step
+            return there
+
+        for _ in range(8):
+            left = volumes(after(step)) - kept
+            # The volumes are bilinear in the two steps: differences over any length are derivatives.
+            here = volumes(after(step))
+            matrix = [volumes(after(step + unit.reshape(2, 3))) - here for unit in np.eye(6)]
+            step = step - (np.linalg.pinv(np.column_stack(matrix), rcond=1e-8) @ left).reshape(2, 3)
+        closed = np.abs(volumes(after(step)) - kept).max() < 1e-10
+        before, now = ratios(points, ends), ratios(after(step), ends)
+        worse = now.min() < 0.2 and (now.min() < before.min() or ((now < 0) & (before >= 0)).any())
+        if closed and not worse and 1e-12 * wanted < (step**2).sum() <= 4 * wanted:
+            points = after(step)
+            taken += 1
+    return points, taken

@@ -127,6 +127,14 @@ def test_command_line_snippet_of_the_readme(folder):
     assert (folder / "better.vtp").exists()
 
 
+def test_segmentation_snippet_of_the_readme(folder):
+    part = pv.read(examples.frogtissuesfile).extract_subset((180, 260, 150, 230, 40, 80))
+    part.save(folder / "frog_tissues.vti")
+    (found,) = [text for text in snippets("console") if "vtksmooth segmentation" in text]
+    assert run_commands(folder, found) == ["vtksmooth segmentation frog_tissues.vti frog.vtp"]
+    assert pv.read(folder / "frog.vtp").cell_data["BoundaryLabels"].shape[1] == 2
+
+
 def test_recipe_of_the_readme(folder):
     done = run(folder, "-W", "error", "-c", snippets("python")[2])
     assert done.returncode == 0, done.stderr

@@ -328,6 +328,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
@@ -369,6 +370,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -396,7 +399,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -448,6 +451,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
@@ -503,6 +507,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -530,7 +536,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -605,6 +611,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
@@ -645,6 +652,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -672,7 +681,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -720,6 +729,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
@@ -760,6 +770,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -787,7 +799,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -836,6 +848,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'sliding',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
@@ -879,6 +892,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'sliding'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -906,7 +921,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -964,6 +979,7 @@ class VtksmoothAccessor:
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = 'BoundaryLabels',
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'slide',
@@ -1008,6 +1024,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -1035,7 +1053,7 @@ class VtksmoothAccessor:
         corrections : int, default 2
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default True
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1189,6 +1207,7 @@ class VtksmoothAccessor:
         fixed: str | None = None,
         blend: str | None = None,
         max_displacement: str | None = 'SmoothingConstraints',
+        boundary_labels: str | None = None,
         boundary: Literal['fixed', 'sliding', 'smoothed'] = 'fixed',
         boundary_corner_angle: float = 30.0,
         features: Literal['ignore', 'hold', 'slide'] = 'ignore',
@@ -1248,6 +1267,8 @@ class VtksmoothAccessor:
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
             Point array of how far each point may go from its place, in model units; absent, any distance.
+        boundary_labels : str, default None
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         boundary : {'fixed', 'sliding', 'smoothed'}, default 'fixed'
             Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.
         boundary_corner_angle : float, default 30.0
@@ -1275,7 +1296,7 @@ class VtksmoothAccessor:
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
-            End each pass with an equal step of all points that closes the volume of every body exactly.
+            End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None

@@ -43,6 +43,7 @@ COMMANDS = {
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "equilateral": "elements as regular as can be on the same surface, features kept",
     "null-space": "redistribute points, keeping ridges, corners and the volume",
+    "segmentation": "turn a label image into smooth surfaces, the volume of every label kept",
     "triangulate": "split polygons into triangles with vertex valences near six",
     "regions": "tell the parts that lie on the installation space from the free ones",
     "installation-space": "smooth a flow volume inside its installation space, volume kept",
@@ -171,7 +172,7 @@ def _add_files(parser: _Parser, cls: type[Filter]) -> None:
         parser.add_argument(
             name, type=Path,
             help="file to read" if len(cls.inputs) == 1 else f"file of the {INPUTS[name].title}",
-            metavar="IN" if name == "mesh" and not cls.measures else name.upper(),
+            metavar="IN" if name in ("mesh", "image") and not cls.measures else name.upper(),
         )  # fmt: skip
     if not cls.measures:
         parser.add_argument(
@@ -184,9 +185,9 @@ def _add_files(parser: _Parser, cls: type[Filter]) -> None:
 
 
 def _filters() -> dict[str, type[Filter]]:
-    from .filters import FILTERS
+    from .filters import FILTERS, OF_IMAGES
 
-    return {cls.command: cls for cls in FILTERS}
+    return {cls.command: cls for cls in (*FILTERS, *OF_IMAGES)}
 
 
 def _threads(text: str) -> int:
@@ -437,13 +438,17 @@ class _Run:
         if len({path.resolve() for path in targets.values()}) < len(targets):
             raise ParameterError(f"{options.output} cannot take all results; name a file for each.")
         algorithm: Any = cls(**{name: getattr(options, name) for name in cls.parameters()})
-        self._filtered(algorithm, *(self._read(getattr(options, name)) for name in cls.inputs))
+        self._filtered(
+            algorithm,
+            *(self._read(getattr(options, name), image=name == "image") for name in cls.inputs),
+        )
         self.interruption.check()
         for port, path in targets.items():
-            notes = write_surface(algorithm.GetOutput(port), path)
-            self.interruption.committed = True
-            for note in notes:
-                self.talk.note(note)
+            for place, output in _files_of(algorithm.GetOutput(port), path):
+                notes = write_surface(output, place)
+                self.interruption.committed = True
+                for note in notes:
+                    self.talk.note(note)
         for note in algorithm.notes:
             self.talk.note(note)
         if not self._json(algorithm.figures) and not self.options.quiet:
@@ -534,10 +539,10 @@ class _Run:
                 else "All kernels were compiled already."
             )
 
-    def _read(self, path: Path) -> Any:
-        from .files import read_surface
+    def _read(self, path: Path, image: bool = False) -> Any:
+        from .files import read_image, read_surface
 
-        mesh, notes = read_surface(path)
+        mesh, notes = (read_image if image else read_surface)(path)
         self.interruption.check()
         for note in notes:
             self.talk.note(note)
@@ -562,6 +567,17 @@ class _Run:
         if self.options.json:
             print(json.dumps(_finite(value)))
         return bool(self.options.json)
+
+
+def _files_of(output: Any, path: Path) -> list[tuple[Path, Any]]:
+    """Return the files to write and what goes into each: of blocks one for each, with its name."""
+    if not output.IsA("vtkMultiBlockDataSet"):
+        return [(path, output)]
+    names = [output.GetMetaData(i).Get(output.NAME()) for i in range(output.GetNumberOfBlocks())]
+    return [
+        (path.with_name(f"{path.stem}_{name}{path.suffix}"), output.GetBlock(i))
+        for i, name in enumerate(names)
+    ]
 
 
 def _finite(value: Any) -> Any:

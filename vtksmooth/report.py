@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 #: Why a run ended.
 STOP_REASONS = {
@@ -73,6 +74,9 @@ class RunReport:
         Points of the input that lie where another one is: points in one place are one vertex.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
+    label_volumes : tuple of (int, float, float)
+        Of surfaces between labels each label's value, and its volume before and after. What is outside of all
+        has the volume of all others, negative.
     """
 
     iterations: int = 0
@@ -91,8 +95,20 @@ class RunReport:
     broken: list[str] = field(default_factory=list)
     merged_points: int = 0
     irregular: int = 0
+    label_volumes: tuple[tuple[int, float, float], ...] = ()
+
+    @property
+    def worst_label(self) -> tuple[float, int]:
+        """The largest change of a label's volume, as a part of it, and the label."""
+        changes = [
+            (abs(after / before - 1.0), label) for label, before, after in self.label_volumes if before
+        ]
+        return max(changes, default=(0.0, 0))
 
     def _volume(self) -> str:
+        if self.label_volumes:
+            largest, label = self.worst_label
+            return f"volumes of {len(self.label_volumes)} labels within {largest:.2g} (label {label})"
         if self.volume is None:
             return f"volume swept {figure(self.swept_volume, 3)}"
         before, after = self.volume
@@ -148,3 +164,56 @@ class InstallationSpaceReport(RunReport):
             *self.notes,
         ]
         return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class LabelVolume:
+    """What has become of one label.
+
+    Attributes
+    ----------
+    label : int
+    voxels : int
+        How many voxels have it.
+    volume_before, volume : float
+        Volume that its surface encloses before and after smoothing.
+    """
+
+    label: int
+    voxels: int
+    volume_before: float
+    volume: float
+
+    @property
+    def change(self) -> float:
+        """Change of the volume, as a part of it."""
+        return self.volume / self.volume_before - 1.0 if self.volume_before else 0.0
+
+
+@dataclass
+class SegmentationReport(RunReport):
+    """What became of a label image.
+
+    Attributes
+    ----------
+    labels : list of LabelVolume
+        All labels but the background.
+    voxel_volume : float
+    """
+
+    labels: list[LabelVolume] = field(default_factory=list)
+    voxel_volume: float = 0.0
+
+    def figures(self) -> dict[str, Any]:
+        """Return the report as a dictionary."""
+        figures = asdict(self)
+        figures["labels"] = [asdict(each) | {"change": each.change} for each in self.labels]
+        return figures
+
+    def __str__(self) -> str:
+        rows = [
+            f"{each.label:>12d}{each.voxels:>12d}{each.volume_before:>16.8g}{each.volume:>16.8g}{each.change:>12.1e}"
+            for each in self.labels
+        ]
+        head = f"{'label':>12}{'voxels':>12}{'volume before':>16}{'volume':>16}{'change':>12}"
+        return "\n".join([super().__str__(), head, *rows])

@@ -19,6 +19,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .images import READABLE_IMAGES, read_image
     from .reading import READABLE, read_surface
     from .writing import (
         WRITABLE,
@@ -32,11 +33,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "READABLE",
+    "READABLE_IMAGES",
     "WRITABLE",
     "atomic",
     "check_place",
     "check_writable",
     "make_folder",
+    "read_image",
     "read_surface",
     "remove_unfinished",
     "write_surface",
@@ -46,7 +49,13 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    home = "reading" if name in ("READABLE", "read_surface") else "writing"
+    homes = {
+        "READABLE": "reading",
+        "read_surface": "reading",
+        "READABLE_IMAGES": "images",
+        "read_image": "images",
+    }
+    home = homes.get(name, "writing")
     return getattr(importlib.import_module(f".{home}", __name__), name)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import MeshFileError
-from . import vtk_readers, vtk_transfer
+from . import vtk_image_readers, vtk_readers, vtk_transfer
 
 try:
     import resource
@@ -24,9 +24,10 @@ except ImportError:  # Windows has no such limits
 def serve() -> None:
     """Answer requests from stdin on stdout until stdin ends.
 
-    A request is a line of JSON with the file's ``path``, its ``name`` in messages, the ``extension`` and
-    the ``memory``, bytes, that reading it may take. An answer is a line of JSON with an ``error``, or
-    with ``notes`` and a ``mesh``, after which the mesh's arrays follow as they are in memory.
+    A request is a line of JSON with the file's ``path``, its ``name`` in messages, the ``extension``, the
+    ``kind`` ("surface" or "image") and the ``memory``, bytes, that reading it may take. An answer is a line
+    of JSON with an ``error``, or with ``notes`` and a ``mesh``, after which the mesh's arrays follow as they
+    are in memory.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # meant for the other process, which decides
     answers = _quiet_stdout()
@@ -42,7 +43,8 @@ def serve() -> None:
 
 def _answer(request: dict[str, Any]) -> tuple[dict[str, Any], list[Any]]:
     try:
-        mesh, notes = vtk_readers.read(Path(request["path"]), request["name"], request["extension"])
+        read = vtk_image_readers.read if request["kind"] == "image" else vtk_readers.read
+        mesh, notes = read(Path(request["path"]), request["name"], request["extension"])
         description, arrays = vtk_transfer.pack(mesh)
         return {"notes": notes, "mesh": description}, arrays
     except MeshFileError as error:

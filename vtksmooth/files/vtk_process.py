@@ -175,6 +175,7 @@ def read(
     extension: str,
     unpack: Callable[[dict[str, Any], Callable[[Any], None]], Any],
     cancelled: Callable[[], bool],
+    kind: str = "surface",
 ) -> tuple[Any, list[str]]:
     """Read a file in a process of its own.
 
@@ -186,6 +187,8 @@ def read(
         Makes the mesh of its description and of a function that fills arrays, see ``vtk_transfer``.
     cancelled : callable
         Asked every now and then whether to stop.
+    kind : {"surface", "image"}
+        What to read of it.
 
     Returns
     -------
@@ -210,6 +213,7 @@ def read(
         "path": os.path.abspath(path),
         "name": str(path),
         "extension": extension,
+        "kind": kind,
         "memory": _MEMORY + _MEMORY_PER_BYTE * size,
     }
     while True:

@@ -63,23 +63,7 @@ def read(path: Path, name: str, extension: str) -> tuple[Any, list[str]]:
     MeshFileError
         The file is damaged, truncated or holds no surface.
     """
-    module, cls = READERS[extension]
-    data = None
-    with vtk_messages.collected() as messages:
-        try:
-            reader = getattr(importlib.import_module(f"vtkmodules.{module}"), cls)()
-            reader.SetFileName(file_name(path))
-            for kind in _ALL_OF_LEGACY if extension == ".vtk" else ():
-                getattr(reader, f"ReadAll{kind}On")()
-            vtk_messages.run(reader)
-            data = reader.GetOutputDataObject(0)
-        # Whatever a reader trips over, an attribute of the file is the cause.
-        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
-            messages.append(vtk_messages.printable(str(error).split("\n")[0]) or type(error).__name__)
-    if not messages and data is None:
-        messages.append("nothing could be read")
-    if messages:
-        raise MeshFileError(f"{name} is damaged or truncated ({messages[0]}); export it again.")
+    reader, data = run(READERS[extension], path, name, extension)
     notes: list[str] = []
     surface = surface_of(name, data, notes)
     if extension == ".vtkhdf":
@@ -95,6 +79,35 @@ def read(path: Path, name: str, extension: str) -> tuple[Any, list[str]]:
                 f"{Path(name).name}: the pictures of textures were left out; texture coordinates are kept."
             )
     return surface, notes
+
+
+def run(home: tuple[str, str], path: Path, name: str, extension: str) -> tuple[Any, Any]:
+    """Return a reader of VTK, by module and class, that has read a file; and what it has read.
+
+    Raises
+    ------
+    MeshFileError
+        The file is damaged or truncated.
+    """
+    module, cls = home
+    reader: Any = None
+    data: Any = None
+    with vtk_messages.collected() as messages:
+        try:
+            reader = getattr(importlib.import_module(f"vtkmodules.{module}"), cls)()
+            reader.SetFileName(file_name(path))
+            for kind in _ALL_OF_LEGACY if extension == ".vtk" else ():
+                getattr(reader, f"ReadAll{kind}On")()
+            vtk_messages.run(reader)
+            data = reader.GetOutputDataObject(0)
+        # Whatever a reader trips over, an attribute of the file is the cause.
+        except (AttributeError, KeyError, RuntimeError, TypeError, ValueError) as error:
+            messages.append(vtk_messages.printable(str(error).split("\n")[0]) or type(error).__name__)
+    if not messages and data is None:
+        messages.append("nothing could be read")
+    if messages:
+        raise MeshFileError(f"{name} is damaged or truncated ({messages[0]}); export it again.")
+    return reader, data
 
 
 def _as_elsewhere(data: Any) -> None:

@@ -14,6 +14,7 @@ from .laplacian_smoothing import LaplacianSmoothing
 from .null_space_smoothing import NullSpaceSmoothing
 from .parameter import Parameter
 from .region_marking import RegionMarking
+from .segmentation_surface import SegmentationSurface
 from .smoothing import SmoothingFilter
 from .surface_comparison import SurfaceComparison
 from .surface_quality import SurfaceQuality
@@ -38,9 +39,13 @@ FILTERS: tuple[type[Filter], ...] = (
     ContainmentCheck,
 )
 
+#: Filters that make a surface of an image.
+OF_IMAGES: tuple[type[Filter], ...] = (SegmentationSurface,)
+
 __all__ = [
     "FILTERS",
     "INPUTS",
+    "OF_IMAGES",
     "AngleBasedSmoothing",
     "BackToSurfaceSmoothing",
     "ContainmentCheck",
@@ -53,6 +58,7 @@ __all__ = [
     "NullSpaceSmoothing",
     "Parameter",
     "RegionMarking",
+    "SegmentationSurface",
     "SmoothingFilter",
     "SurfaceComparison",
     "SurfaceQuality",

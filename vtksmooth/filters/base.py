@@ -45,6 +45,7 @@ INPUTS = {
     "result": Input("result", "The mesh as it is now."),
     "original": Input("original", "The mesh from before, with the same points and faces.", True),
     "installation": Input("installation space", "The installation space, its normals outwards."),
+    "image": Input("label image", "The image of labels."),
 }
 
 
@@ -74,6 +75,8 @@ class Filter(VTKPythonAlgorithmBase):
     command: ClassVar[str] = ""
     #: Names of the inputs, keys of ``INPUTS``.
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
+    #: The types of VTK that the inputs may be of.
+    accepts: ClassVar[tuple[type, ...]] = (vtkPolyData, vtkCompositeDataSet)
     #: Names of the outputs.
     outputs: ClassVar[tuple[str, ...]] = ("mesh",)
     #: Whether the filter only measures: then the command line prints `summary` and writes no mesh.
@@ -159,6 +162,10 @@ class Filter(VTKPythonAlgorithmBase):
     def copies(self, source: Any) -> npt.NDArray[np.int64]:
         """Return how many points of the input each point of what :meth:`execute` sees is, (n,)."""
         return np.ones(source.GetNumberOfPoints(), np.int64) if self.whole is None else self.whole.copies()
+
+    def joins_all(self, block: Any) -> bool:
+        """Return whether all points in one place become one, whatever faces of the block meet there."""
+        return False
 
     def edge_arrays(self) -> list[str]:
         """Return the names of field arrays that hold pairs of points."""
@@ -331,7 +338,7 @@ class Filter(VTKPythonAlgorithmBase):
             with interruption.running(called_by_vtk=True), compiling_ahead(type(self).__name__):
                 sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
                 for port, source in enumerate(sources):
-                    if not isinstance(source, (vtkPolyData, vtkCompositeDataSet)):
+                    if not isinstance(source, self.accepts):
                         raise self._wrong_input(port, source)
                 self._refuse_what_is_not_read()
                 self._execute_all(sources, outputs)
@@ -366,6 +373,10 @@ class Filter(VTKPythonAlgorithmBase):
 
     def _wrong_input(self, port: int, data: Any) -> InvalidMeshError:
         title = INPUTS[self.inputs[port]].title
+        if vtkPolyData not in self.accepts:
+            given = "nothing" if data is None else type(data).__name__
+            names = " or ".join(each.__name__ for each in self.accepts)
+            return InvalidMeshError(f"The {title} must be {names}, not {given}; read it with pyvista.read().")
         if data is None:
             return InvalidMeshError(f"The {title} is missing; give polydata as input {port + 1}.")
         remedy = "give a surface mesh"
@@ -427,9 +438,10 @@ class Filter(VTKPythonAlgorithmBase):
         before = [Block(block.index, self.prepared(block)) for block in blocks]
         paired = [INPUTS[name].same_points for name in self.inputs[1:]]
         same = [[other for other, pair in zip(others, paired, strict=True) if pair] for others in seconds]
+        clean = self.clean and not any(self.joins_all(block.data) for block in before)
         has_faces = before[0].data.GetNumberOfPolys() + before[0].data.GetNumberOfStrips() > 0
         self.whole = whole = (
-            joined(before, [others[0] for others in same] if any(paired) else None, self.clean, self.skipped)
+            joined(before, [others[0] for others in same] if any(paired) else None, clean, self.skipped)
             if has_faces
             else None
         )

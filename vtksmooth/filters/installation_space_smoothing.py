@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from ..errors import ParameterError
 from ..kernels.containment.crossings import crossing_triangles
 from ..kernels.distance.signed_distance import SignedDistanceTree
 from ..kernels.mesh.mesh import Mesh
@@ -110,6 +111,8 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         low=0.0, unit="diagonals", group=CONSTRAINTS,
     )  # fmt: skip
 
+    boundary_labels = LaplacianSmoothing.boundary_labels.with_default(None)
+
     report: InstallationSpaceReport
 
     def forget(self) -> None:
@@ -120,6 +123,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     def check(self, *inputs: Any) -> None:
         """Refuse arrays that cannot be used, before the faces are triangles."""
         super().check(*inputs)
+        if self.boundary_labels is not None:
+            raise ParameterError(
+                "boundary_labels: a surface between labels cannot be kept inside an installation space; "
+                "leave the labels out, or smooth with LaplacianSmoothing."
+            )
         self._split = False
 
     def prepared(self, block: Block) -> vtkPolyData:

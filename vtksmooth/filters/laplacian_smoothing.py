@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import ParameterError
 from ..kernels.smoothing.schemes import Scheme
 from ..kernels.smoothing.schemes.angle_weighted import AngleWeighted
 from ..kernels.smoothing.schemes.area_weighted import AreaWeighted
@@ -16,6 +17,7 @@ from ..kernels.smoothing.schemes.directional import Directional
 from ..kernels.smoothing.schemes.implicit import Implicit
 from ..kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
 from ..kernels.smoothing.schemes.pairwise import Pairwise
+from ..kernels.smoothing.schemes.pairwise_labels import PairwiseLabels
 from ..kernels.smoothing.schemes.scale_dependent import ScaleDependent
 from ..kernels.smoothing.schemes.taubin import DirectionalTaubin, Taubin
 from ..kernels.smoothing.schemes.thin_plate import ThinPlate
@@ -62,6 +64,13 @@ def _taubin(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
 
 
 def _pairwise(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
+    if smoothing.labelled:
+        if not weights.constant:
+            raise ParameterError(
+                "On a surface between labels the pairwise scheme has umbrella weights only: leave out "
+                "weights and flow."
+            )
+        return PairwiseLabels(smoothing.relaxation_factor)
     return Pairwise(smoothing.relaxation_factor, weights)
 
 

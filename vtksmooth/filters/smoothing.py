@@ -25,6 +25,7 @@ from ..kernels.smoothing.constraints.creases import Creases
 from ..kernels.smoothing.constraints.deviation_bound import DeviationBound
 from ..kernels.smoothing.constraints.feature_lines import FeatureLines
 from ..kernels.smoothing.constraints.gate import Gate
+from ..kernels.smoothing.constraints.label_volumes import LabelVolumes
 from ..kernels.smoothing.constraints.local_volume import LocalVolume
 from ..kernels.smoothing.constraints.no_inversion import NoInversion
 from ..kernels.smoothing.constraints.null_space import NullSpace
@@ -34,6 +35,7 @@ from ..kernels.smoothing.schemes import Scheme
 from ..report import RunReport
 from .arrays import edge_array, output_like, point_array, point_array_names, points_of, surface_of, vtk_points
 from .base import Filter, add_field
+from .labels import BOUNDARY_LABELS, labels_name, with_labels
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
 from .places import Joined, Merge
 
@@ -111,6 +113,12 @@ class SmoothingFilter(Filter):
         "Point array of how far each point may go from its place, in model units; absent, any distance.",
         optional=True, type=str, group=CONSTRAINTS,
     )  # fmt: skip
+    boundary_labels = Parameter(
+        BOUNDARY_LABELS,
+        "Cell array of the labels on the two sides of each face, normals from the first to the second (or of "
+        "one label, the other is 0); absent, the surface is one between two sides.",
+        optional=True, type=str, group=CONSTRAINTS,
+    )  # fmt: skip
     boundary = Parameter(
         "fixed",
         "Whether boundary points stay, slide along it, or smooth it as a curve that keeps its area.",
@@ -180,7 +188,8 @@ class SmoothingFilter(Filter):
     )
     preserve_volume = Parameter(
         False,
-        "End each pass with an equal step of all points that closes the volume of every body exactly.",
+        "End each pass with an equal step of all points that closes the volume of every body, or of every "
+        "label, exactly.",
         group=CONSTRAINTS,
     )
     stop_normal_deviation = Parameter(
@@ -244,6 +253,9 @@ class SmoothingFilter(Filter):
     #: Volume that each face is to sweep in each iteration, where a subclass reads it.
     _flux: npt.NDArray[np.float64] | None = None
 
+    #: Whether the surface lies between labels.
+    labelled: bool = False
+
     #: Weights that the input gives, see `blend`.
     _weights: npt.NDArray[Any] | None = None
 
@@ -251,7 +263,9 @@ class SmoothingFilter(Filter):
         """Return the constraints that dispose, in any order."""
         constraints: list[Constraint] = []
         # What steps off the surface are to remove, local corrections would give back: noise with it.
-        tangential = self.corrections and not self.null_space and not self.make_scheme().keeps
+        tangential = (
+            self.corrections and not self.labelled and not self.null_space and not self.make_scheme().keeps
+        )
         if self.tangent_plane or tangential:
             constraints.append(TangentPlane())
         if self.null_space:
@@ -271,13 +285,27 @@ class SmoothingFilter(Filter):
             constraints.append(DeviationBound(self.max_deviation_fraction * diagonal))
         if self.crease_angle is not None:
             constraints.append(Creases(self.crease_angle))
-        if self.corrections or self.preserve_volume:
+        if self.labelled:
+            constraints += self._constraints_on_labels()
+        elif self.corrections or self.preserve_volume:
             constraints.append(LocalVolume(self.corrections, self.preserve_volume, self._flux))
         elif self.null_space:
             constraints.append(NoInversion())
         if self.gate != "none":
             constraints.append(Gate(self.gate, self.gate_floor))
         return constraints
+
+    def _constraints_on_labels(self) -> list[Constraint]:
+        if self.corrections != self.parameters()["corrections"].default:
+            raise ParameterError(
+                "corrections have no effect on a surface between labels: leave them out; preserve_volume "
+                "keeps the volume of every label."
+            )
+        if self._flux is not None:
+            raise ParameterError("flux has no effect on a surface between labels: leave it out.")
+        if self.preserve_volume:
+            return [LabelVolumes()]
+        return [NoInversion()] if self.null_space else []
 
     def make_stop_rules(self, diagonal: float) -> loop.StopRules:
         """Return the stop rules in model units."""
@@ -310,6 +338,10 @@ class SmoothingFilter(Filter):
         }
         return {name: merge for name, merge in named.items() if name is not None}
 
+    def joins_all(self, block: Any) -> bool:
+        """Return whether the faces have labels: then walls between others may meet at a place."""
+        return labels_name(block, self.boundary_labels) is not None
+
     def edge_arrays(self) -> list[str]:
         """Return the arrays of edges added and removed by hand."""
         return edge_arrays_of(self)
@@ -322,7 +354,8 @@ class SmoothingFilter(Filter):
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata."""
         (source,) = inputs
-        given = surface_of(source).mesh
+        given, names = with_labels(source, surface_of(source), labels_name(source, self.boundary_labels))
+        self.labelled = given.face_labels is not None
         mesh = given.with_points(given.points - self.origin) if np.any(self.origin) else given
         diagonal = mesh.diagonal
         self.read_arrays(source)
@@ -347,6 +380,10 @@ class SmoothingFilter(Filter):
         if given is not mesh:
             points = np.where(points == mesh.points, given.points, points + self.origin)
         rounded = self._in_output_precision(points, points_of(source).dtype)
+        if len(names):
+            report.label_volumes = tuple(
+                (int(names[number]), before, after) for number, before, after in report.label_volumes
+            )
         if report.volume is not None:
             report = replace(
                 report,

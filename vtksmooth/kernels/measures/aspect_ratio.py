@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ...jit import parallel
 from ...jit.compiled import device, kernel, routine
 from ...jit.simd import select
+from ..mesh.labels import sheets
 from ..mesh.mesh import LARGEST_POLYGON, Mesh
 
 Float32 = npt.NDArray[np.float32]
@@ -370,7 +371,10 @@ def reference_directions(mesh: Mesh) -> Float32:
     of whichever vertex is being moved (one face would have several signs). One direction per face,
     taken once from the reference mesh and frozen, does; single precision says as well which side is
     which, at half the memory. Where the normals cancel the direction is 0, and no area is negative.
+    Of a surface between labels each sheet counts by itself.
     """
+    if mesh.face_labels is not None:
+        mesh, _ = sheets(mesh)
     reference = np.empty((mesh.n_faces, 3), np.float32)
     parallel.run(
         _sum_at_faces, *parallel.ranges(mesh.n_faces),

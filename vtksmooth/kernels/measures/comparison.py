@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -112,6 +114,22 @@ def is_closed(near: Adjacency) -> bool:
     if (near.kinds == BOUNDARY).any():
         return False
     # Elsewhere both faces of an edge agree.
+    return not _irregular_edges(near)[1].any()
+
+
+def has_walls(near: Adjacency) -> bool:
+    """Return whether walls divide a closed surface into several bodies.
+
+    There three faces or more meet at edges that do not run as often back as forth.
+    """
+    if (near.kinds == BOUNDARY).any():
+        return False
+    faces, balance = _irregular_edges(near)
+    return bool(((faces > 2) & (balance != 0)).any())
+
+
+def _irregular_edges(near: Adjacency) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Return how many faces meet at each edge between non-manifold vertices, and how often they run forth."""
     corners = np.flatnonzero(near.kinds[near.connectivity] == NON_MANIFOLD)
     after = corners + 1
     last = after == near.offsets[near.corner_face[corners] + 1]
@@ -120,7 +138,7 @@ def is_closed(near: Adjacency) -> bool:
     n = len(near.kinds)
     _, edge = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_inverse=True)
     both = near.kinds[end] == NON_MANIFOLD
-    return not np.bincount(edge[both], weights=np.sign(end - start)[both]).any()
+    return np.bincount(edge[both]), np.bincount(edge[both], weights=np.sign(end - start)[both])
 
 
 def signed_volume(mesh: Mesh) -> float:
@@ -129,6 +147,11 @@ def signed_volume(mesh: Mesh) -> float:
     Quadrilaterals count as bilinear patches. For an open mesh the figure depends on the origin and has
     no meaning: use :func:`swept_volume`.
     """
+    return float(face_volumes(mesh).sum())
+
+
+def face_volumes(mesh: Mesh) -> Float64:
+    """Return the signed volume of the pyramid over each face, its tip on the mesh, (m,)."""
     volumes = np.empty(mesh.n_faces)
     # From the middle of the mesh: far from the origin nothing cancels.
     used = mesh.points[mesh.connectivity[0]] if len(mesh.connectivity) else np.zeros(3)
@@ -136,7 +159,7 @@ def signed_volume(mesh: Mesh) -> float:
         _volumes, *parallel.ranges(mesh.n_faces),
         mesh.points, mesh.offsets, mesh.connectivity, used, volumes,
     )  # fmt: skip
-    return float(volumes.sum())
+    return volumes
 
 
 def swept_volume(before: Mesh, after: Mesh) -> float:

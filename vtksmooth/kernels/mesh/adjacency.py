@@ -15,12 +15,13 @@ from numba.extending import intrinsic
 
 from ...jit import parallel
 from ...jit.compiled import device, kernel
+from .lines import find_lines
 from .mesh import LARGEST_POLYGON, Mesh
 
 Int32 = npt.NDArray[np.int32]
 
 #: Kinds of vertices in :attr:`Adjacency.kinds`.
-INTERIOR, BOUNDARY, NON_MANIFOLD, UNUSED = 0, 1, 2, 3
+INTERIOR, BOUNDARY, NON_MANIFOLD, UNUSED, LINE, JUNCTION = 0, 1, 2, 3, 4, 5
 
 #: Vertices of a block: its ring data fits a core's second-level cache.
 BLOCK_SIZE = 2048
@@ -47,9 +48,14 @@ class Adjacency(NamedTuple):
     kinds : (n,) uint8
         INTERIOR: every edge at v has two faces that agree on the orientation. BOUNDARY: exactly two edges
         have one face, the others are regular. NON_MANIFOLD: any other (non-manifold edges, orientations
-        that disagree, several boundaries meeting, faces that use v twice). UNUSED: no face uses v.
+        that disagree, several boundaries meeting, faces that use v twice). UNUSED: no face uses v. Only on
+        surfaces between labels: LINE, on a line where several labels meet, and JUNCTION, where such lines
+        meet or end; see :mod:`~vtksmooth.kernels.mesh.lines`.
     boundary_ring : (n, 2) int32
         For BOUNDARY vertices the neighbours along the boundary, otherwise -1.
+    row_offsets, row : int32
+        The neighbours that Laplacians go by: the one-ring, but on lines only the neighbours along the line.
+        Where there are no lines these *are* the one-rings.
     """
 
     offsets: Int32
@@ -63,6 +69,8 @@ class Adjacency(NamedTuple):
     star: Int32
     kinds: npt.NDArray[np.uint8]
     boundary_ring: Int32
+    row_offsets: Int32
+    row: Int32
 
 
 # Large arrays are made by NumPy and filled by kernels: NumPy asks the system for huge pages, the
@@ -345,11 +353,14 @@ def build(mesh: Mesh) -> Adjacency:
     >>> near.ring[near.ring_offsets[0] : near.ring_offsets[1]].tolist()
     [1, 2, 3]
     """
-    rows, corners, corner_face = vertex_corners(mesh)
-    faces = (mesh.offsets, mesh.connectivity, rows, corners, corner_face)
-    ring_offsets, ring, kinds, boundary_ring = one_rings(mesh, rows, corners, corner_face)
+    corner_offsets, corners, corner_face = vertex_corners(mesh)
+    faces = (mesh.offsets, mesh.connectivity, corner_offsets, corners, corner_face)
+    ring_offsets, ring, kinds, boundary_ring = one_rings(mesh, corner_offsets, corners, corner_face)
     star_offsets, star = (ring_offsets, ring) if mesh.only_triangles else stars(*faces)
-    return Adjacency(*faces, ring_offsets, ring, star_offsets, star, kinds, boundary_ring)
+    rows = ring_offsets, ring
+    if mesh.face_labels is not None:
+        rows = find_lines(*faces, mesh.face_labels, ring_offsets, ring, kinds, boundary_ring)
+    return Adjacency(*faces, ring_offsets, ring, star_offsets, star, kinds, boundary_ring, *rows)
 
 
 @kernel
@@ -564,7 +575,8 @@ def renumbered(mesh: Mesh, order: Int32) -> tuple[Mesh, Int32]:
     del smallest
     offsets, connectivity = np.empty_like(mesh.offsets), np.empty_like(mesh.connectivity)
     _renumber(mesh.offsets, mesh.connectivity, rank, faces, offsets, connectivity)
-    return Mesh(mesh.points[order], offsets, connectivity), faces
+    labels = None if mesh.face_labels is None else mesh.face_labels[faces]
+    return Mesh(mesh.points[order], offsets, connectivity, labels), faces
 
 
 @kernel

@@ -36,11 +36,15 @@ class Mesh:
         Face f has the corners ``connectivity[offsets[f]:offsets[f + 1]]``.
     connectivity : (k,) int32
         Point indices, face by face, in the face's direction of turning.
+    face_labels : (m, 2) int32, optional
+        Of a surface between labels: the labels on the two sides of each face, numbered from 0; normals run
+        from the first to the second. See :func:`~vtksmooth.kernels.mesh.labels.labelled`.
     """
 
     points: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.int32]
     connectivity: npt.NDArray[np.int32]
+    face_labels: npt.NDArray[np.int32] | None = None
 
     @classmethod
     def from_arrays(cls, points: npt.ArrayLike, offsets: npt.ArrayLike, connectivity: npt.ArrayLike) -> Mesh:
@@ -126,7 +130,7 @@ class Mesh:
 
     def with_points(self, points: npt.NDArray[np.float64]) -> Mesh:
         """Return the same faces over other points."""
-        return Mesh(points, self.offsets, self.connectivity)
+        return Mesh(points, self.offsets, self.connectivity, self.face_labels)
 
     @property
     def n_points(self) -> int:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ...errors import InvalidMeshError
 from ...jit.compiled import device, kernel, routine
 from .adjacency import BOUNDARY, one_rings, vertex_corners
+from .lines import sides_on_lines
 from .mesh import Mesh
 
 Int32 = npt.NDArray[np.int32]
@@ -184,8 +185,10 @@ def _narrow(points, offsets, corners, f, first, least, fate, good, usable, can):
 
 
 @kernel
-def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate, least, room):
+def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate, least, lines, room):
     """List every polygon's diagonals, and set free those with which it can be triangulated.
+
+    A quadrilateral with a corner between two `lines` (sides after corners, or empty) is split from there.
 
     Returns how many polygons have no triangulation, and the first of them.
     """
@@ -230,6 +233,17 @@ def _find_candidates(points, offsets, corners, first_candidate, face, ends, fate
                 fate[first_candidate[f]] = first_fine
                 fate[first_candidate[f] + 1] = second_fine
                 possible = first_fine or second_fine
+                if first_fine and second_fine and lines.size > 0:
+                    # A triangle with two sides on a line would lose its area where the line is straight.
+                    a = lines[first]
+                    b = lines[first + 1]
+                    c = lines[first + 2]
+                    d = lines[first + 3]
+                    from_first = (d and a) or (b and c)
+                    from_second = (a and b) or (c and d)
+                    if from_first != from_second:
+                        fate[first_candidate[f] + (1 if from_first else 0)] = _DEAD
+                        least[f] = -1.0  # and is not flipped
             else:
                 possible = _narrow(
                     points, offsets, corners, f, first_candidate[f], least, fate, good, usable, can
@@ -622,6 +636,9 @@ def triangulate(mesh: Mesh) -> tuple[Int32, Int32]:
     |6 - valence|, on the boundary |4 - valence|; or leaves it and lowers the sum of the squares. Source:
     Installation-space paper, section 4.1, Figure 2 and equation (1).
 
+    Of a surface between labels, quadrilaterals with a corner between two sides on lines are split from that
+    corner before all others: a triangle with both of them would lose its area as the line is smoothed.
+
     Parameters
     ----------
     mesh : Mesh
@@ -666,7 +683,10 @@ def triangulate(mesh: Mesh) -> tuple[Int32, Int32]:
         _refuse(mesh, impossible, culprit)
         offsets, faces = offsets[: count + 1], faces[:count]
         corners = corners[: offsets[-1]]
-    polygons = Mesh(mesh.points, offsets, corners)
+    labels = mesh.face_labels
+    polygons = Mesh(
+        mesh.points, offsets, corners, labels if labels is None or faces is None else labels[faces]
+    )
     if not polygons.n_faces:
         raise InvalidMeshError("The mesh has no faces with three corners or more; there is nothing to split.")
     fate, first_candidate = _chosen(polygons, faces, mesh)
@@ -686,11 +706,15 @@ def _chosen(polygons: Mesh, faces: Int32 | None, given: Mesh) -> tuple[npt.NDArr
     fate, least = np.empty(candidates, np.uint8), np.empty(polygons.n_faces)
     # What is known of one polygon: which triangles are good, diagonals usable, parts to be triangulated.
     room = np.empty((MOST_CORNERS,) * 3, np.bool_), *np.empty((2, MOST_CORNERS, MOST_CORNERS), np.bool_)
+    rows = vertex_corners(polygons)
+    ring_offsets, ring, kinds, _ = one_rings(polygons, *rows)
+    lines = np.empty(0, np.bool_)
+    if polygons.face_labels is not None:
+        lines = sides_on_lines(offsets, corners, *rows, polygons.face_labels, ring_offsets, ring)
     impossible, culprit = _find_candidates(
-        polygons.points, offsets, corners, first_candidate, face, ends, fate, least, room
+        polygons.points, offsets, corners, first_candidate, face, ends, fate, least, lines, room
     )
     _refuse(given, impossible, culprit if faces is None else int(faces[culprit]))
-    ring_offsets, ring, kinds, _ = one_rings(polygons, *vertex_corners(polygons))
     valence = np.diff(ring_offsets)
     inserted = (
         np.full(polygons.n_points, -1, np.int32),

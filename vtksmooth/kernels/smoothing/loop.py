@@ -22,7 +22,9 @@ from ...report import RunReport
 from ..containment.safe_moves import everywhere
 from ..features import detection
 from ..measures import aspect_ratio, comparison
+from ..measures.label_volumes import label_volumes
 from ..mesh import adjacency
+from ..mesh.labels import check_closed
 from ..mesh.mesh import LARGEST_POLYGON, Mesh
 from .constraints import Constraint
 from .constraints.boundary import Boundary
@@ -239,6 +241,8 @@ class _Run:
         self.progress(0.0, "building neighbourhoods")
         near = adjacency.build(self.mesh)
         mesh = self.mesh
+        if mesh.face_labels is not None:
+            check_closed(mesh, near)
         if self.in_place:
             self.progress(0.0, "colouring")
             self.order, starts, block_colour = adjacency.colour_blocks(
@@ -271,6 +275,8 @@ class _Run:
             min(0.5, self.scheme.relaxation),
         )  # fmt: skip
         self._pin_giants()
+        if not self.scheme.moves_lines or any(each.holds_lines for each in self.disposal.constraints):
+            self.state.pinned[near.kinds >= adjacency.LINE] = 1
         self.disposal.bind(self.state)
         self.scheme.bind(self.state)
         self.free = int(len(pinned) - np.count_nonzero(pinned))
@@ -463,6 +469,10 @@ class _Run:
             if self._statistic(distance) > stop.deviation:
                 return "deviation"
         if stop.volume_percent is not None:
+            if before.face_labels is not None:
+                old = label_volumes(before)
+                parts = np.abs(label_volumes(after) - old) / np.abs(old)
+                return "volume" if 100.0 * parts.max() > stop.volume_percent else ""
             swept = abs(comparison.swept_volume(before, after))
             if 100.0 * swept > stop.volume_percent * self._whole_volume():
                 return "volume"
@@ -504,8 +514,16 @@ class _Run:
         # Points that no face uses may be NaN, and NaN differs from itself.
         moved = (before.points != after.points) & ~np.isnan(after.points)
         report.moved = int(np.count_nonzero(moved.any(axis=1)))
-        report.swept_volume = comparison.swept_volume(before, after)
-        if closed:
+        if before.face_labels is not None:
+            volumes = label_volumes(before), label_volumes(after)
+            report.label_volumes = tuple(
+                (number, *both)
+                for number, both in enumerate(zip(*map(np.ndarray.tolist, volumes), strict=True))
+            )
+            report.swept_volume = float(np.abs(volumes[1] - volumes[0]).max())
+        else:
+            report.swept_volume = comparison.swept_volume(before, after)
+        if closed and before.face_labels is None:
             report.volume = (comparison.signed_volume(before), comparison.signed_volume(after))
         if self.order is None:
             return state.points

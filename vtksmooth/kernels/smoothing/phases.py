@@ -81,7 +81,8 @@ class Disposal:
         needed = [each for each in constraints if each.topic not in kept]
         #: Constraints whose promise the scheme keeps.
         self.kept = [each for each in constraints if each.topic in kept]
-        needed += [companion for each in constraints for companion in each.companions]
+        companions = [companion for each in constraints for companion in each.companions]
+        needed += [companion for companion in companions if companion.topic not in kept]
         self.constraints = sorted(needed, key=lambda each: each.phase)
         self.on_edges = on_edges
         self.in_place = any(each.in_place for each in needed)

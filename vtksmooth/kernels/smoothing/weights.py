@@ -155,7 +155,7 @@ class Weights:
         """Return offsets and neighbours of the rows; cotangents belong to the fans of triangles."""
         if self.kind == "cotangent":
             return near.star_offsets, near.star
-        return near.ring_offsets, near.ring
+        return near.row_offsets, near.row
 
     def in_run(self, state: State) -> Weights:
         """Return the same weights for the run's numbering."""

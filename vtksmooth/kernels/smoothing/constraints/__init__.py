@@ -75,6 +75,9 @@ class Constraint:
     #: Whether, in phase CONSERVE, moves of single vertices leave something that a pass must close as a whole.
     closes: bool = False
 
+    #: Whether vertices on lines between several labels must stay, as it knows surfaces only.
+    holds_lines: bool = False
+
     #: Whether it can judge a vertex only if its neighbours stand still.
     needs_still: bool = False
 

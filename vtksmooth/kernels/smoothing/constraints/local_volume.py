@@ -13,7 +13,7 @@ from ....jit.compiled import device, kernel
 from ....jit.simd import WIDTH, gather, pack, select, spread, unpack
 from ....report import RunReport
 from ...measures.aspect_ratio import area_vectors
-from ...measures.comparison import swept_at_corners
+from ...measures.comparison import has_walls, swept_at_corners
 from ...measures.shifted_volume import shifted_volume
 from ...measures.swept_volume import sweep_face, triangle_shares, volume_gradient
 from ...mesh.adjacency import BOUNDARY
@@ -370,6 +370,12 @@ class LocalVolume(Constraint):
         if self.flux.shape not in ((0,), (m,)):
             raise ParameterError(
                 f"flux must hold one value for each of the {m} faces, not have the shape {self.flux.shape}."
+            )
+        if self.uniform and has_walls(state.near):
+            raise ParameterError(
+                "The surface has walls between several bodies (edges of three faces or more), whose volumes "
+                "a step of one body does not keep: name the labels on both sides of each face "
+                "(boundary_labels), or leave out preserve_volume."
             )
         self._flux = self.flux
         if len(self.flux) and state.face_order is not None:

@@ -188,6 +188,7 @@ class NullSpace(Constraint):
     :class:`~vtksmooth.kernels.smoothing.constraints.boundary.Boundary`.
     """
 
+    holds_lines = True
     name = "The null space (null_space)"
     phase = Phase.DIRECT
 

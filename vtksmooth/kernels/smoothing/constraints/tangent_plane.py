@@ -37,6 +37,7 @@ class TangentPlane(Constraint):
     :class:`~vtksmooth.kernels.smoothing.constraints.boundary.Boundary`.
     """
 
+    holds_lines = True
     name = "The tangent plane (tangent_plane)"
     phase = Phase.DIRECT
 

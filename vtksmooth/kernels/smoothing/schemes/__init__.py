@@ -34,6 +34,9 @@ class Scheme(ABC):
     #: Part of the proposed step that is taken: boundaries and ridges that slide go no more of their way.
     relaxation: float = 1.0
 
+    #: Whether it moves vertices on lines between several labels along with these; otherwise they stay.
+    moves_lines: bool = False
+
     #: Topics of constraints whose promise it keeps by itself.
     keeps: frozenset[str] = frozenset()
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ....jit import parallel
 from ....jit.compiled import kernel
+from ...mesh.adjacency import INTERIOR, LINE
 from ..run_state import State
 from ..weights import Weights
 from . import Float64, Int64, Scheme
@@ -57,6 +58,7 @@ class Directional(Scheme):
     ) -> None:
         self.asked_weights, self.factors, self.thin_plate = weights, factors, thin_plate
         self.passes, self.relaxation = len(factors), factors[0]
+        self.moves_lines = weights.kind != "cotangent"
 
     def bind(self, state: State) -> None:
         self.weights = self.asked_weights.in_run(state)
@@ -81,7 +83,7 @@ class Directional(Scheme):
         if not self.thin_plate:
             return field
         self.weights.apply(field, state.near, values, self.first)
-        self.first[state.near.kinds != 0] = 0.0
+        self.first[(state.near.kinds != INTERIOR) & (state.near.kinds < LINE)] = 0.0
         return self.first
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

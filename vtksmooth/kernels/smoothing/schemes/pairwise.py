@@ -160,6 +160,18 @@ def edges_of(
     once = near.ring > vertex
     once &= (pinned[vertex] == 0) | (pinned[near.ring] == 0)
     ends = np.column_stack((vertex[once], near.ring[once]))
+    order, blocks = in_blocks(ends, offsets, ring, block_size)
+    return Edges(np.ascontiguousarray(ends[order]), blocks, offsets, ring, mirror)
+
+
+def in_blocks(
+    ends: Int32, offsets: Int32, ring: Int32, block_size: int = BLOCK_SIZE
+) -> tuple[Int64, list[tuple[Int64, Int64]]]:
+    """Return the order in which to visit the edges with these ends, and the blocks of each colour.
+
+    See :class:`Edges`; an operation changes the ends, and what belongs to the vertices of their rings.
+    """
+    n = len(offsets) - 1
     blocks = -(-n // block_size)
     order = np.empty(len(ends), np.int64)
     starts = np.zeros(blocks + 1, np.int64)
@@ -169,13 +181,7 @@ def edges_of(
         block_colour, np.zeros(n, np.uint64),
     )  # fmt: skip
     colours = [np.flatnonzero(block_colour == c) for c in np.unique(block_colour)]
-    return Edges(
-        np.ascontiguousarray(ends[order]),
-        [(starts[chosen], starts[chosen + 1]) for chosen in colours],
-        offsets,
-        ring,
-        mirror,
-    )
+    return order, [(starts[chosen], starts[chosen + 1]) for chosen in colours]
 
 
 def batches_of(edges: Edges, size: int = BATCHED) -> list[Int64]:

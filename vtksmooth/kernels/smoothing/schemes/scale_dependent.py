@@ -53,6 +53,8 @@ class ScaleDependent(Scheme):
         Part of the way to the weighted mean, (0, 1].
     """
 
+    moves_lines = True
+
     def __init__(self, relaxation: float = 0.5) -> None:
         self.relaxation = relaxation
 
@@ -60,5 +62,5 @@ class ScaleDependent(Scheme):
         near = state.near
         parallel.run(
             _propose, starts, ends,
-            state.points, near.ring_offsets, near.ring, state.pinned, self.relaxation, proposed,
+            state.points, near.row_offsets, near.row, state.pinned, self.relaxation, proposed,
         )  # fmt: skip

@@ -78,6 +78,8 @@ class Taubin(Scheme):
 
     passes = 2
 
+    moves_lines = True
+
     def __init__(self, relaxation: float = 0.5, pass_band: float = 0.1) -> None:
         self.relaxation, self.pass_band = relaxation, pass_band
 
@@ -96,7 +98,7 @@ class Taubin(Scheme):
         near = state.near
         parallel.run(
             propose_umbrella, starts, ends,
-            state.points, near.ring_offsets, near.ring, state.pinned, self.factors[turn], proposed,
+            state.points, near.row_offsets, near.row, state.pinned, self.factors[turn], proposed,
         )  # fmt: skip
 
 

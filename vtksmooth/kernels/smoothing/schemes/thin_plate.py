@@ -21,8 +21,8 @@ def _propose(starts, ends, points, target, near, pinned, factor, proposed):
             proposed[v, 0] = x
             proposed[v, 1] = y
             proposed[v, 2] = z
-            first = near.ring_offsets[v]
-            valence = near.ring_offsets[v + 1] - first
+            first = near.row_offsets[v]
+            valence = near.row_offsets[v + 1] - first
             if pinned[v] or valence == 0:
                 continue
             sx = 0.0
@@ -30,17 +30,17 @@ def _propose(starts, ends, points, target, near, pinned, factor, proposed):
             sz = 0.0
             inverse = 0.0
             for r in range(first, first + valence):
-                w = near.ring[r]
-                inverse += 1.0 / max(1, near.ring_offsets[w + 1] - near.ring_offsets[w])
+                w = near.row[r]
+                inverse += 1.0 / max(1, near.row_offsets[w + 1] - near.row_offsets[w])
                 # L at the boundary is taken as 0: there the plate is held, but not clamped.
-                if near.kinds[w] == 0:
+                if near.kinds[w] == 0 or near.kinds[w] >= 4:
                     sx += target[w, 0] - points[w, 0]
                     sy += target[w, 1] - points[w, 1]
                     sz += target[w, 2] - points[w, 2]
             lx = 0.0
             ly = 0.0
             lz = 0.0
-            if near.kinds[v] == 0:
+            if near.kinds[v] == 0 or near.kinds[v] >= 4:
                 lx = target[v, 0] - x
                 ly = target[v, 1] - y
                 lz = target[v, 2] - z
@@ -61,6 +61,8 @@ class ThinPlate(Scheme):
         Part of the full step, (0, 0.55]; larger steps are not stable.
     """
 
+    moves_lines = True
+
     def __init__(self, relaxation: float = 0.5) -> None:
         self.relaxation = relaxation
         self._target: Float64 = np.empty((0, 3))
@@ -72,7 +74,7 @@ class ThinPlate(Scheme):
         nothing_pinned = np.zeros_like(state.pinned)
         parallel.run(
             propose_umbrella, *parallel.ranges(len(state.points)),
-            state.points, near.ring_offsets, near.ring, nothing_pinned, 1.0, self._target,
+            state.points, near.row_offsets, near.row, nothing_pinned, 1.0, self._target,
         )  # fmt: skip
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

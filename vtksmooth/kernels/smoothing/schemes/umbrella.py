@@ -51,6 +51,8 @@ class Umbrella(Scheme):
         Part of the way to the mean of the one-ring, (0, 1].
     """
 
+    moves_lines = True
+
     def __init__(self, relaxation: float = 0.5) -> None:
         self.relaxation = relaxation
 
@@ -58,5 +60,5 @@ class Umbrella(Scheme):
         near = state.near
         parallel.run(
             propose_umbrella, starts, ends,
-            state.points, near.ring_offsets, near.ring, state.pinned, self.relaxation, proposed,
+            state.points, near.row_offsets, near.row, state.pinned, self.relaxation, proposed,
         )  # fmt: skip
