@@ -174,32 +174,33 @@ class Disposal:
         """Whether operations on edges are judged by :meth:`admitted`."""
         return any(self.judged_alone or each.phase != Phase.JUDGE for each in self._of_ends)
 
-    def admitted(
-        self, state: State, edges: npt.NDArray[np.int32], proposed: Float64
-    ) -> npt.NDArray[np.bool_]:
-        """Return which edges, (k, 2), may have both their ends where they are `proposed`, (k,).
+    def admitted(self, state: State, edges: npt.NDArray[np.int32], proposed: Float64) -> Float64:
+        """Return what part of their steps to where they are `proposed` the edges, (k, 2), may take, (k,).
 
-        No face may have vertices of two edges. First one end goes, then the other: each by itself keeps every
-        promise, so that both do. The points are then as before; `proposed` is where nothing is admitted.
+        Where it is 1, both ends may go. Otherwise it is what was left of the step of the end that may not; 0
+        if that has to stay. No face may have vertices of two edges. First one end goes, then the other: each
+        by itself keeps every promise, so that both do. The points are then as before; `proposed` is not.
         """
-        good = self._may_go(state, edges[:, 0], proposed)
+        part = self._part(state, edges[:, 0], proposed)
+        good = part == 1.0
         first = edges[good, 0]
         before = state.points[first]
         state.points[first] = proposed[first]
-        good[good] = self._may_go(state, edges[good, 1], proposed)
+        part[good] = self._part(state, edges[good, 1], proposed)
         state.points[first] = before
-        return good
+        return part
 
-    def _may_go(
-        self, state: State, vertices: npt.NDArray[np.int32], proposed: Float64
-    ) -> npt.NDArray[np.bool_]:
-        wanted = proposed[vertices]
+    def _part(self, state: State, vertices: npt.NDArray[np.int32], proposed: Float64) -> Float64:
+        wanted, before = proposed[vertices], state.points[vertices]
         rows = np.sort(vertices).astype(np.int64)
         for constraint in self._of_ends:
             if self.judged_alone or constraint.phase != Phase.JUDGE:
                 constraint.dispose(state, rows, rows + 1, proposed)
-        unchanged: npt.NDArray[np.bool_] = (proposed[vertices] == wanted).all(axis=1)
-        return unchanged
+        left = proposed[vertices]
+        part = np.linalg.norm(left - before, axis=1)
+        whole = np.linalg.norm(wanted - before, axis=1)
+        part = np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0)
+        return np.where((left == wanted).all(axis=1), 1.0, np.minimum(part, 0.5))
 
     def _limit(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Shorten steps until every limit admits them."""

@@ -85,9 +85,10 @@ class Operations(NamedTuple):
     asked: int
 
 
-#: ``admitted(state, edges, proposed)`` returns which `edges`, (k, 2), may have both ends where they are
-#: `proposed`, if no face has vertices of two of them. What becomes of `proposed` does not matter.
-Admitted = Callable[[State, npt.NDArray[np.int32], Float64], npt.NDArray[np.bool_]]
+#: ``admitted(state, edges, proposed)`` returns what part of their steps to where they are `proposed` the
+#: `edges`, (k, 2), may take: 1 where both ends may go, otherwise at most 1/2. No face may have vertices of
+#: two of them. What becomes of `proposed` does not matter.
+Admitted = Callable[[State, npt.NDArray[np.int32], Float64], Float64]
 
 
 class EdgeScheme(Scheme):

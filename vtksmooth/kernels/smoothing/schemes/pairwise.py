@@ -499,7 +499,7 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
 
 @kernel
 def _propose(starts, ends, chosen, edges, cross, offsets, ring, reverse, rows, part, steps, good, proposed):
-    # The steps of the `chosen` edges, `part` of what they usually are, and whether there are any.
+    # The steps of the `chosen` edges, `part` of what they usually are each, and whether there are any.
     g = np.empty((2, 3))
     f = np.empty((2, 3))
     for share in range(starts.size):
@@ -508,8 +508,8 @@ def _propose(starts, ends, chosen, edges, cross, offsets, ring, reverse, rows, p
             i = edges[e, 0]
             j = edges[e, 1]
             d = steps[k]
-            si = part * rows[i, 6]
-            sj = part * rows[j, 6]
+            si = part[k] * rows[i, 6]
+            sj = part[k] * rows[j, 6]
             good[k] = _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d)
             for axis in range(3):
                 proposed[i, axis] = rows[i, axis] + d[0, axis] if si > 0.0 else rows[i, axis]
@@ -659,26 +659,32 @@ class Pairwise(EdgeScheme):
             yield Operations((number + 1) / len(edges.blocks), moved, checked, asked)
 
     def _judged(self, state: State, batch: Int64, guard: Guard, admitted: Admitted) -> tuple[int, int, int]:
-        """Do the operations on a batch of edges that are admitted, as they are or halved some times."""
+        """Do the operations on a batch of edges that are admitted, as they are or halved some times.
+
+        A half of an operation is one that keeps the volume, too.
+        """
         edges = self.edges
-        counts = np.zeros(3, np.int64)
-        for halving in range(HALVINGS + 1):
+        counts, part = np.zeros(3, np.int64), np.ones(len(batch))
+        for _ in range(HALVINGS + 1):
             if not len(batch):
                 break
             steps, good = np.empty((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
             parallel.run(
                 _propose, *parallel.ranges(len(batch), size=64),
                 batch, edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
-                0.5**halving, steps, good, self.proposed, smallest_share=parallel.COSTLY,
+                part, steps, good, self.proposed, smallest_share=parallel.COSTLY,
             )  # fmt: skip
-            batch, steps = batch[good], steps[good]
-            good = admitted(state, edges.ends[batch], self.proposed)
+            batch, steps, part = batch[good], steps[good], part[good]
+            left = admitted(state, edges.ends[batch], self.proposed)
+            good = left == 1.0
             results = parallel.run(
                 _carry_out, *parallel.ranges(len(batch), size=64),
                 batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
                 state.points, smallest_share=parallel.COSTLY,
             )  # fmt: skip
             counts += np.sum(results, axis=0)
-            batch = batch[~good]
+            again = ~good & (left >= 0.5**HALVINGS)
+            batch, left = batch[again], np.minimum(left[again], 0.5)
+            part = part[again] * 2.0 ** np.floor(np.log2(left))
         moved, checked, asked = counts.tolist()
         return moved, checked, asked
