@@ -10,7 +10,10 @@ import pyvista as pv
 from vtkmodules import vtkFiltersCore
 
 import vtksmooth
-from vtksmooth import LaplacianSmoothing
+from vtksmooth import LaplacianSmoothing, SurfaceQuality
+from vtksmooth.cli import main
+from vtksmooth.errors import ParameterError
+from vtksmooth.other_names import OTHER_NAMES, advice, snake
 
 PAGE = (Path(vtksmooth.__file__).parents[1] / "docs" / "switching.md").read_text(encoding="utf-8")
 #: Rows of the tables: VTK's filter, its method in PyVista or "", and the cells.
@@ -54,6 +57,49 @@ def test_names_and_defaults(filter, method, cells):
             parameter.check(True if value == "True" else value.strip('"'))
         expected = {"off": (None, False)}.get(default, (default.strip('"'),))
         assert str(parameter.default) in map(str, expected)
+
+
+@pytest.mark.parametrize(("filter", "method", "cells"), ROWS)
+def test_errors_name_what_the_tables_name(filter, method, cells):
+    known = LaplacianSmoothing.parameters()
+    theirs = {name for cell in cells[: 2 if method else 1] for name, *_ in names_of(cell)}
+    ours = {name for name, *_ in names_of(cells[2 if method else 1])}
+    for name in theirs - {"SmoothingConstraints", "OutputPointsPrecision"}:
+        if snake(name) in known:
+            assert snake(name) in ours
+        else:
+            assert OTHER_NAMES[snake(name)].name in (ours or {"", "max_displacement"})
+            with pytest.raises(ParameterError, match=re.escape(f"{name!r}; {advice(name, known)}.")):
+                LaplacianSmoothing(**{name: 1})
+
+
+def test_every_other_name_is_in_the_tables():
+    words = {snake(name) for _, _, cells in ROWS for cell in cells for name, *_ in names_of(cell)}
+    assert words >= set(OTHER_NAMES)
+    assert {ours.name for ours in OTHER_NAMES.values()} <= {"", *LaplacianSmoothing.parameters()}
+
+
+def test_methods_and_attributes_by_other_names():
+    smoothing = LaplacianSmoothing()
+    with pytest.raises(AttributeError, match="SetNumberOfIterations'; use SetIterations"):
+        smoothing.SetNumberOfIterations(20)
+    with pytest.raises(AttributeError, match="GetFeatureAngle'; use GetRidgeAngle"):
+        smoothing.GetFeatureAngle()
+    with pytest.raises(AttributeError, match="BoundarySmoothingOn'; use SetBoundary: 'sliding'"):
+        smoothing.BoundarySmoothingOn()
+    with pytest.raises(AttributeError, match="no parameter 'n_iter'; use iterations"):
+        smoothing.n_iter = 20
+    assert not hasattr(smoothing, "SetSomethingElse")
+    smoothing.label = "kept"  # as on every object of VTK
+    assert smoothing.label == "kept"
+    with pytest.raises(ParameterError, match="'n_iter'; it has: "):
+        SurfaceQuality(n_iter=20)  # which has nothing of the kind
+
+
+@pytest.mark.parametrize("option", ["--n-iter", "--NumberOfIterations=3", "--number-of-iterations"])
+def test_options_by_other_names(option, capsys):
+    assert main(["laplacian", "in.ply", "out.ply", option, "3"]) == 2
+    assert f"there is no option {option.partition('=')[0]}; use --iterations;" in capsys.readouterr().err
 
 
 def test_lower_pass_bands_smooth_more():

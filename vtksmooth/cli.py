@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from .errors import Cancelled, ParameterError, VtksmoothError, sentence
+from .other_names import OTHER_NAMES, advice, snake
 from .report import figure
 
 if TYPE_CHECKING:
@@ -683,10 +684,24 @@ def _stdout_for_any_name() -> Iterator[None]:
         yield
 
 
+def _refuse_other_names(parser: _Parser, command: str | None, arguments: list[str]) -> None:
+    """Refuse options by the names of VTK and PyVista, telling ours: before argparse takes their values."""
+    words = [word.partition("=")[0] for word in arguments if word.startswith("--")]
+    words = [word for word in words if snake(word.replace("--no-", "--", 1)) in OTHER_NAMES]
+    if not words or command not in _filters():
+        return
+    for word in words:
+        known = _filters()[command].parameters()
+        if instead := advice(word.replace("--no-", "--", 1), known, "--"):
+            parser.error(f"there is no option {word}; {instead}")
+
+
 def _main(arguments: list[str], interruption: _Interruption) -> int:
     try:
         command = next((word for word in arguments if not word.startswith("-")), None)
-        options = _parser(command).parse_args(arguments)
+        parser = _parser(command)
+        _refuse_other_names(parser, command, arguments)
+        options = parser.parse_args(arguments)
     except SystemExit as exit_:  # argparse has said why
         return int(exit_.code or 0)
     try:

@@ -21,6 +21,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from ..errors import Cancelled, InvalidMeshError, ParameterError, VtksmoothError
 from ..jit.compile_ahead import compiling_ahead
+from ..other_names import OTHER_NAMES, advice, advice_for_method, snake
 from . import interruption
 from .arrays import points_of, vtk_array
 from .normals import renew
@@ -112,9 +113,25 @@ class Filter(VTKPythonAlgorithmBase):
         self._share = (0.0, 1.0)
         for name, value in parameters.items():
             if name not in self.parameters():
-                known = ", ".join(self.parameters()) or "none"
-                raise ParameterError(f"{type(self).__name__} has no parameter {name!r}; it has: {known}.")
+                instead = advice(name, self.parameters())
+                instead = instead or f"it has: {', '.join(self.parameters()) or 'none'}"
+                raise ParameterError(f"{type(self).__name__} has no parameter {name!r}; {instead}.")
             setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # VTK's objects take any attribute; a parameter by its name in VTK or PyVista must not be lost in one.
+        if snake(name) in OTHER_NAMES and (instead := advice(name, self.parameters())):
+            raise AttributeError(f"{type(self).__name__} has no parameter {name!r}; {instead}.")
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError; name our parameter in place of one of VTK or PyVista."""
+        known = self.parameters()
+        instead = advice_for_method(name, known) or advice(name, known)
+        raise AttributeError(
+            f"{type(self).__name__} has no attribute {name!r}{instead and f'; {instead}'}.",
+            name=name, obj=self,
+        )  # fmt: skip
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
