@@ -51,6 +51,15 @@ def test_page_on_installation_spaces(program, tmp_path):
     assert "frog, tissue 1" in page
 
 
+def test_page_on_labels(program, tmp_path):
+    program("labels").main(["--quick", "--output", str(tmp_path)])
+    page = (tmp_path / "labels.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if "SegmentationSurface**" in line]
+    assert len(rows) == 2
+    assert all("e-1" in line.split("|")[2] for line in rows)
+    assert "tissue 17, contacts as lines | 0 |" in page
+
+
 def test_one_command_makes_all_pages_of_evidence(program, tmp_path, monkeypatch):
     pages, asked = program("pages"), {}
     for name in ("evidence", "features", "volume", "quality"):

@@ -1,5 +1,7 @@
 """Every smoothing filter on surfaces between labels."""
 
+import json
+
 import meshes
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from vtksmooth import (
     SegmentationSurface,
     TrapeziumDrawing,
 )
+from vtksmooth.cli import main
 from vtksmooth.filters import FILTERS, SmoothingFilter
 from vtksmooth.kernels.mesh import adjacency
 from vtksmooth.kernels.mesh.labels import labelled
@@ -233,3 +236,27 @@ def test_installation_spaces_take_no_labels():
         InstallationSpaceSmoothing(boundary_labels="BoundaryLabels")(
             mesh, pv.Cube(bounds=(-1, 20) * 3).triangulate()
         )
+
+
+def test_quality_and_comparison_tell_the_volumes_of_labels(tmp_path, capsys):
+    voxels = meshes.grains(12, 4)
+    mesh = surface(voxels)
+    smooth = pv.wrap(LaplacianSmoothing(iterations=3)(mesh))
+    mesh.save(tmp_path / "before.vtp")
+    smooth.save(tmp_path / "after.vtp")
+    before, after = str(tmp_path / "before.vtp"), str(tmp_path / "after.vtp")
+    assert main(["quality", before, "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["volume"] is None
+    assert figures["closed"]
+    found = {each["label"]: each["volume"] for each in figures["labels"] if each["label"]}
+    assert found == pytest.approx({label: (voxels == label).sum() for label in range(1, 5)})
+    assert main(["compare", before, after, "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    old, new = volumes(mesh), volumes(mesh, smooth.points)
+    for each in figures["labels"]:
+        assert each["volume"] == pytest.approx(new[each["label"]], rel=1e-6)
+        assert each["change_percent"] == pytest.approx(100 * (new / old - 1)[each["label"]], rel=1e-6)
+    assert figures["swept_volume"] == pytest.approx(abs(new - old).max(), rel=1e-6)
+    assert main(["compare", before, after]) == 0
+    assert "volume change of label 3, %" in capsys.readouterr().out

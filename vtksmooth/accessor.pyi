@@ -35,6 +35,7 @@ class VtksmoothAccessor:
     def surface_quality(
         self,
         *,
+        boundary_labels: str | None = 'BoundaryLabels',
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -47,6 +48,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False
@@ -70,6 +73,7 @@ class VtksmoothAccessor:
         self,
         original: pv.PolyData,
         *,
+        boundary_labels: str | None = 'BoundaryLabels',
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -90,6 +94,8 @@ class VtksmoothAccessor:
         ----------
         original : pyvista.PolyData
             The mesh from before, with the same points and faces.
+        boundary_labels : str, default 'BoundaryLabels'
+            Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False

@@ -608,7 +608,11 @@ def _print_table(rows: Sequence[tuple[str, dict[str, Any]]]) -> None:
         cells = (
             ", ".join(f"{count} {kind}s" for kind, count in summary["cells"].items() if count) or "no faces"
         )
-        shape = f"closed, volume {figure(summary['volume'], 6)}" if summary["closed"] else "open"
+        shape = "closed" if summary["closed"] else "open"
+        if "labels" in summary:
+            shape += f", {len(summary['labels'])} labels"
+        elif summary["closed"]:
+            shape += f", volume {figure(summary['volume'], 6)}"
         print(f"{name}: {summary['points']} points, {cells}; {shape}")
     width = max(len(name) for name, _ in rows)
     heads = "".join(f"{head:>8}" for head in _BINS)
@@ -636,6 +640,10 @@ def _print_changes(summary: dict[str, Any]) -> None:
     volume = summary["volume_change_percent"]
     if volume is not None:
         print(f"{'volume change, %':<30}{figure(volume):>12}")
+    elif "labels" in summary:
+        for each in summary["labels"]:
+            name = f"volume change of label {each['label']}, %"
+            print(f"{name:<30}{figure(each.get('change_percent')):>12}")
     elif "swept_volume" in summary:
         print(f"{'swept volume (open mesh)':<30}{figure(summary['swept_volume']):>12}")
 

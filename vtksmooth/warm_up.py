@@ -7,13 +7,13 @@ from contextlib import suppress
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
 from .files import numerals
-from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing
+from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing, SegmentationSurface
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
 from .jit.compile_ahead import compiling_ahead
@@ -137,6 +137,21 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
         yield {name: value for name, value in setting.items() if declared[name].has_say(values.__getitem__)}
 
 
+def label_image(size: int) -> vtkImageData:
+    """Return an image of two labels that touch each other, and the background."""
+    labels = np.zeros((size, size, size), np.uint8)
+    labels[1:-1, 1:-1, 1:-1] = 1
+    labels[2:, 2:, size // 2 :] = 2
+    image = vtkImageData(dimensions=(size, size, size))
+    image.GetPointData().SetScalars(vtk_array(labels.ravel(order="F"), "Labels"))
+    return image
+
+
+def _smooth_labels(size: int) -> None:
+    surface = SegmentationSurface(iterations=2)(label_image(size))
+    LaplacianSmoothing(iterations=2, preserve_volume=True)(surface)
+
+
 def _pick(mesh: Mesh) -> None:
     """Do what the tools of the desktop app do with the mouse."""
     first_hit(mesh, (0.0, 0.0, 9.0), (0.0, 0.0, -1.0))
@@ -178,6 +193,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
         for solid in _solids(size):
             ContainmentCheck()(space, solid)
         LaplacianSmoothing()(space)  # points of boxes are there once for each face: several in one place
+        _smooth_labels(size)
         _pick(surface_of(meshes[0]).mesh)
         numerals.parsed(b"0")  # of large text files
     if progress:

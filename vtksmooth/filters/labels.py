@@ -14,12 +14,20 @@ from ..errors import InvalidMeshError, ParameterError
 from ..kernels.mesh.labels import labelled
 from ..kernels.mesh.mesh import Mesh
 from .arrays import Surface, output_like, rows_of, vtk_cells, vtk_points
+from .parameter import Parameter
 
 Labels = npt.NDArray[np.integer[Any]]
 
 #: The cell array of labels when it is there and no other is named: that of VTK's vtkSurfaceNets3D, or of
 #: PyVista's contour_labels.
 BOUNDARY_LABELS, _OF_PYVISTA = "BoundaryLabels", "boundary_labels"
+
+BOUNDARY_LABELS_PARAMETER = Parameter(
+    BOUNDARY_LABELS,
+    "Cell array of the labels on the two sides of each face, normals from the first to the second (or of "
+    "one label, the other is 0); absent, the surface is one between two sides.",
+    optional=True, type=str,
+)  # fmt: skip
 
 _RANGE = re.compile(r"\s*(-?\d{1,19})\s*(?:-\s*(-?\d{1,19}))?\s*")
 

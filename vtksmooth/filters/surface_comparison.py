@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from ..errors import InvalidMeshError
 from ..kernels.distance.closest_point import ClosestPoint
 from ..kernels.measures import aspect_ratio, comparison
+from ..kernels.measures.label_volumes import label_volumes
 from ..kernels.mesh import adjacency
 from ..kernels.mesh.mesh import Mesh
 from .arrays import output_like, surface_of, vtk_array
 from .base import Filter, add_field
+from .labels import BOUNDARY_LABELS_PARAMETER, labels_name, with_labels
 from .surface_quality import add_aspect_ratio, faces_with_area, summary_of
 
 
@@ -35,7 +38,8 @@ class SurfaceComparison(Filter):
     ----------
     summary : dict
         The figures of ``vtksmooth compare --json``; also in the output's field data. For open meshes
-        ``volume_change_percent`` is None; ``swept_volume`` is the volume between the two surfaces.
+        ``volume_change_percent`` is None; ``swept_volume`` is the volume between the two surfaces. Of a
+        surface between labels ``labels`` has the volumes of each, and ``swept_volume`` is the largest change.
         ``deviation`` has the largest and the mean distance of the result's points to the original surface
         and, under ``back``, of the original's points to the result, which is larger where a corner is cut
         off. ``max_relative`` and ``mean_relative`` are fractions of the original's diagonal.
@@ -54,9 +58,14 @@ class SurfaceComparison(Filter):
     """
 
     command = "compare"
+    boundary_labels = BOUNDARY_LABELS_PARAMETER.with_default(BOUNDARY_LABELS_PARAMETER.default)
     inputs = ("result", "original")
     arguments = ("original", "result")
     measures = True
+
+    def joins_all(self, block: Any) -> bool:
+        """Return whether the faces have labels: then walls between others may meet at a place."""
+        return labels_name(block, self.boundary_labels) is not None
 
     def check(self, *inputs: Any) -> None:
         """Refuse meshes with other points or faces than each other's."""
@@ -68,6 +77,12 @@ class SurfaceComparison(Filter):
         result, original = inputs
         self.progress(0.0, "comparing")
         after, before = surface_of(result), surface_of(original)
+        mesh, names = with_labels(result, after, labels_name(result, self.boundary_labels))
+        if mesh.face_labels is not None:
+            # Which faces labels turn over is the same in both.
+            after, before = (
+                replace(each, mesh=mesh.with_points(each.mesh.points)) for each in (after, before)
+            )
         near = adjacency.build(before.mesh)
         edge_ends, edge_faces = adjacency.edges(near)
         self.progress(0.2)
@@ -87,10 +102,19 @@ class SurfaceComparison(Filter):
         back = ClosestPoint(after.mesh).query(before.mesh.points[used])[1]
         self.progress(0.9)
         k = aspect_ratio.aspect_ratios(after.mesh, aspect_ratio.reference_directions(before.mesh))
-        swept = comparison.swept_volume(before.mesh, after.mesh)
-        summary = summary_of(after, near, faces_with_area(after.mesh, k))
+        labelled = mesh.face_labels is not None
+        swept = (
+            float(np.abs(label_volumes(after.mesh) - label_volumes(before.mesh)).max())
+            if labelled
+            else comparison.swept_volume(before.mesh, after.mesh)
+        )
+        summary = summary_of(after, near, faces_with_area(after.mesh, k), names)
         summary["points"] = self.points_given(result)
-        volume = comparison.signed_volume(before.mesh) if summary["closed"] else 0.0
+        volume = comparison.signed_volume(before.mesh) if summary["closed"] and not labelled else 0.0
+        if labelled and summary["closed"]:
+            for each, old in zip(summary["labels"], label_volumes(before.mesh).tolist(), strict=True):
+                change = 100.0 * (each["volume"] / old - 1.0) if old else None
+                each |= {"volume_before": old, "change_percent": change}
         summary |= {
             "normal_deviation": _statistics(normals),
             "dihedral_change": _statistics(dihedral),

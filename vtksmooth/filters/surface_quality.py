@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.measures import aspect_ratio, comparison
+from ..kernels.measures.label_volumes import label_volumes
 from ..kernels.mesh import adjacency
 from ..kernels.mesh.mesh import Mesh
 from .arrays import Surface, output_like, surface_of, vtk_array
 from .base import Filter, add_field
+from .labels import BOUNDARY_LABELS_PARAMETER, Labels, labels_name, with_labels
 
 ASPECT_RATIO = "AspectRatio"
 
 
-def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> dict[str, Any]:
-    """Return the figures of ``vtksmooth quality --json``."""
+def summary_of(
+    surface: Surface, near: adjacency.Adjacency, k: np.ndarray, names: Labels | None = None
+) -> dict[str, Any]:
+    """Return the figures of ``vtksmooth quality --json``; `names` are the values of the mesh's labels."""
     mesh = surface.mesh
     sizes = mesh.face_sizes
     closed = comparison.is_closed(near)
-    return {
+    figures = {
         "points": mesh.n_points,
         "cells": {
             "triangle": int((sizes == 3).sum()),
@@ -29,7 +34,8 @@ def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> di
             "polygon": int((sizes > 4).sum()),
         },
         "closed": closed,
-        "volume": comparison.signed_volume(mesh) if closed else None,
+        # Of a surface between labels each label has a volume.
+        "volume": comparison.signed_volume(mesh) if closed and mesh.face_labels is None else None,
         "aspect_ratio": {
             "min": float(k.min()),
             "mean": float(k.mean()),
@@ -37,6 +43,12 @@ def summary_of(surface: Surface, near: adjacency.Adjacency, k: np.ndarray) -> di
         },
         "inverted": int((k < 0).sum()),
     }
+    if mesh.face_labels is not None and names is not None:
+        volumes = label_volumes(mesh).tolist() if closed else [None] * len(names)
+        figures["labels"] = [
+            {"label": label, "volume": volume} for label, volume in zip(names.tolist(), volumes, strict=True)
+        ]
+    return figures
 
 
 def add_aspect_ratio(output: vtkPolyData, surface: Surface, k: np.ndarray) -> None:
@@ -63,7 +75,8 @@ class SurfaceQuality(Filter):
     Attributes
     ----------
     summary : dict
-        The figures of ``vtksmooth quality --json``; also in the output's field data.
+        The figures of ``vtksmooth quality --json``; also in the output's field data. Of a surface between
+        labels ``labels`` has the volume of each.
 
     Examples
     --------
@@ -80,16 +93,23 @@ class SurfaceQuality(Filter):
     command = "quality"
     measures = True
 
+    boundary_labels = BOUNDARY_LABELS_PARAMETER.with_default(BOUNDARY_LABELS_PARAMETER.default)
+
+    def joins_all(self, block: Any) -> bool:
+        """Return whether the faces have labels: then walls between others may meet at a place."""
+        return labels_name(block, self.boundary_labels) is not None
+
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Measure one polydata."""
         (source,) = inputs
         self.progress(0.0, "measuring")
         surface = surface_of(source)
-        near = adjacency.build(surface.mesh)
+        mesh, names = with_labels(source, surface, labels_name(source, self.boundary_labels))
+        near = adjacency.build(mesh)
         self.progress(0.4)
-        k = aspect_ratio.aspect_ratios(surface.mesh, aspect_ratio.reference_directions(surface.mesh))
+        k = aspect_ratio.aspect_ratios(mesh, aspect_ratio.reference_directions(mesh))
         self.progress(0.8)
-        self.summary = summary_of(surface, near, faces_with_area(surface.mesh, k))
+        self.summary = summary_of(replace(surface, mesh=mesh), near, faces_with_area(mesh, k), names)
         self.summary["points"] = self.points_given(source)
         output = output_like(source)
         add_aspect_ratio(output, surface, k)
