@@ -5,6 +5,7 @@ from __future__ import annotations
 import meshes
 import numpy as np
 import pytest
+import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkBitArray, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
@@ -108,3 +109,14 @@ def test_single_precision_and_read_only_arrays_stay():
 def test_what_cannot_be_triangulated_is_said(name):
     with pytest.raises(InvalidMeshError, match="cross themselves"):
         ValenceTriangulation()(meshes.polydata(meshes.HOSTILE[name]()))
+
+
+def test_faces_that_are_left_out_are_said():
+    flat, one_place = pv.Cube().triangulate(), pv.Plane(i_resolution=2, j_resolution=2)
+    one_place.points[:] = 1.0
+    triangulation = ValenceTriangulation()
+    result = triangulation(pv.MultiBlock([flat, one_place]))
+    assert [block.n_cells for block in pv.wrap(result)] == [12, 0]
+    assert "4 of 16 faces have fewer than three corners in different places; they are left out." in (
+        triangulation.notes
+    )

@@ -61,6 +61,12 @@ class ValenceTriangulation(Filter):
         output.SetPolys(vtk_triangles(triangles))
         output.GetCellData().ShallowCopy(rows_of(source.GetCellData(), original))
         output.GetCellData().AddArray(vtk_array(original, ORIGINAL_CELL))
+        gone = surface.mesh.n_faces - int(np.count_nonzero(np.bincount(cell)))
+        if gone:
+            self.notes.append(
+                f"{gone} of {surface.mesh.n_faces} faces have fewer than three corners in different places; "
+                "they are left out."
+            )
         self.summary = {
             "polygons": int((surface.mesh.face_sizes > 3).sum()),
             "triangles": len(triangles),
