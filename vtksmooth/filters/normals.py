@@ -80,6 +80,8 @@ class _Change:
     def __init__(self, before: Any, after: Any, start: int) -> None:
         self._before, self._after, self.start = before, after, start
         self.with_point_normals = _normals_of(after.GetPointData()) is not None
+        #: Of a block, all faces may have been left out.
+        self._bare = after.GetNumberOfPolys() + after.GetNumberOfStrips() == 0
 
     @cached_property
     def _surface(self) -> Surface:
@@ -102,6 +104,9 @@ class _Change:
 
     def sums(self) -> tuple[Float64, Float64]:
         """Return the sums of the unit normals of each point's faces, before and after."""
+        if self._bare:
+            nothing = np.zeros((self._after.GetNumberOfPoints(), 3))
+            return nothing, nothing
         mesh = self._surface.mesh
         face = np.repeat(np.arange(mesh.n_faces), mesh.face_sizes)
         was, now = (_added(mesh.connectivity, side[face], mesh.n_points) for side in self._unit_normals)
@@ -111,7 +116,7 @@ class _Change:
         _put(self._after.GetPointData(), was, now, (_unit(was) != _unit(now)).any(axis=1))
 
     def renew_cells(self) -> None:
-        if _normals_of(self._after.GetCellData()) is None:
+        if self._bare or _normals_of(self._after.GetCellData()) is None:
             return
         surface = self._surface
         was, now = (_added(surface.cells, normals, surface.n_cells) for normals in self._unit_normals)
