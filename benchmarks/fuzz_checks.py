@@ -147,10 +147,17 @@ def random_parameters(random: Random, cls: type, mesh: Any) -> dict[str, Any]:
     return values
 
 
+def _in_space(cls: type, values: dict[str, Any]) -> bool:
+    """Return whether a filter is given the installation space that it may have: if its values speak of it."""
+    return bool(cls.optional_inputs) and not values.keys().isdisjoint({"containment", "tolerance_fraction"})
+
+
 def _drop_what_has_no_say(cls: type, values: dict[str, Any]) -> None:
     parameters = cls.parameters()
 
     def value_of(name: str) -> Any:
+        if name not in parameters:  # an optional input
+            return _in_space(cls, values) or None
         return values.get(name, parameters[name].default)
 
     while idle := [name for name in values if not parameters[name].has_say(value_of)]:
@@ -709,8 +716,8 @@ class Check:
 
     def containment(self) -> None:
         """Check that what was inside the space is inside it."""
-        if isinstance(self.algorithm, InstallationSpaceSmoothing):
-            if self.value("containment") == "none":
+        if isinstance(self.algorithm, SmoothingFilter):
+            if not self.further or self.value("containment") == "none":
                 return
             sides = []
             for mesh in (self.source, self.output):
@@ -751,7 +758,7 @@ class Check:
             (FeatureDetection, self.features),
             (RegionMarking, self.marking),
             (ValenceTriangulation, self.triangulation),
-            (InstallationSpaceSmoothing, self.containment),
+            (SmoothingFilter, self.containment),
             (ContainmentCheck, self.containment),
         ]
         for cls, check in kinds:
@@ -774,7 +781,8 @@ def exercise(cls: type, odd: odd_meshes.Odd, parameters: dict[str, Any]) -> tupl
     list of Finding
     """
     where = cls.__name__
-    inputs = [odd.data, *(odd.further[name] for name in cls.inputs[1:])]
+    further = cls.every_input()[1:] if _in_space(cls, parameters) else cls.inputs[1:]
+    inputs = [odd.data, *(odd.further[name] for name in further)]
     before = [snapshot(data) for data in inputs]
     algorithm = cls(**parameters)
     try:

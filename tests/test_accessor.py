@@ -28,7 +28,7 @@ def test_found_without_an_import() -> None:
 def test_every_filter_has_a_method_with_its_parameters(cls: type, ant: pv.PolyData) -> None:
     signature = inspect.signature(getattr(ant.vtksmooth, method_name(cls)))
     further = [f"return_{output}" for output in cls.outputs[1:]]
-    names = [*cls.inputs[1:], *cls.parameters(), *further, "inplace", "progress_bar"]
+    names = [*cls.every_input()[1:], *cls.parameters(), *further, "inplace", "progress_bar"]
     assert list(signature.parameters) == names
 
 

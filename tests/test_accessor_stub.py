@@ -36,7 +36,7 @@ assert_type(smooth.installation_space_smoothing(installation=mesh, flow="Flow"),
 smooth.trapezium_drawing(output_points_precision="double")
 smooth.trapezium_drawing(output_points_precision=1)
 
-smooth.trapezium_drawing(5)  # type: ignore[call-arg]
+smooth.trapezium_drawing(5)  # type: ignore[call-arg, arg-type]
 smooth.trapezium_drawing(iterations="5")  # type: ignore[arg-type]
 smooth.trapezium_drawing(iterations=None)  # type: ignore[arg-type]
 smooth.trapezium_drawing(iteration=5)  # type: ignore[call-arg]

@@ -112,4 +112,4 @@ def test_parameters_named_in_the_choice_exist():
             {"True": True}.get(value, value.strip('"')) if not value[0].isdigit() else float(value)
         )
     assert len(alone) > 8
-    assert set(alone) <= set(parameters)
+    assert set(alone) <= {*parameters, *SmoothingFilter.every_input()}

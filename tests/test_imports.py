@@ -19,7 +19,7 @@ _COMPUTING = {"filelock", "numpy", "llvmlite", "numba", "scipy"}
 #: The layers from below: what is in each (rooms of kernels side by side know nothing of each other), and
 #: what it may import besides the standard library and the layers below it.
 LAYERS = [
-    ({"errors", "report"}, set()),
+    ({"errors", "other_names", "report"}, set()),
     ({"jit"}, _COMPUTING),
     ({"kernels.mesh"}, _COMPUTING),
     ({"kernels.measures"}, _COMPUTING),

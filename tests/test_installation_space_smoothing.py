@@ -24,6 +24,7 @@ from vtksmooth.cli import main
 from vtksmooth.files import read_surface
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.signed_distance import SignedDistance
+from vtksmooth.kernels.containment.crossings import crossing_triangles
 from vtksmooth.kernels.distance.closest_point import ClosestPoint
 from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 from vtksmooth.kernels.mesh.mesh import Mesh
@@ -31,6 +32,7 @@ from vtksmooth.kernels.smoothing import loop
 from vtksmooth.kernels.smoothing.constraints.blend import Blend
 from vtksmooth.kernels.smoothing.constraints.containment import Containment
 from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
+from vtksmooth.kernels.smoothing.schemes import Scheme
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
 from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
@@ -210,6 +212,54 @@ def test_every_scheme_stays_inside(name, exact):
     points, report = loop.smooth(mesh, scheme, constraints, iterations=5)
     assert report.moved > 20
     assert (space(points) <= np.maximum(start, tolerance) + 1e-12).all()
+
+
+class Outwards(Scheme):
+    """Proposes to go as far again from the origin."""
+
+    def propose(self, state, turn, starts, ends, proposed):
+        for start, end in zip(starts, ends, strict=True):
+            proposed[start:end] = 2.0 * state.points[start:end]
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_of_a_step_the_largest_part_is_taken_that_stays_inside(exact):
+    sphere = meshes.icosphere(2)
+    box = meshes.cube(1)
+    for half, least, most in ((1.5, 0.5 - 1 / 16, 0.5), (1.02, 0.0, 0.02), (1.1, 1 / 16, 0.1)):
+        space = SignedDistanceTree(box.with_points((2.0 * box.points - 1.0) * half))
+        points, report = loop.smooth(
+            sphere, Outwards(), [Containment(space, 1e-6, exact)], iterations=1, checked=True
+        )
+        assert not report.broken
+        parts = np.linalg.norm(points - sphere.points, axis=1)
+        # Those that go towards the middle of a side, which have the shortest way.
+        first = np.abs(sphere.points).max(axis=1) > 1.0 - 1e-9
+        assert first.sum() >= 6
+        assert (parts[first] >= least - 1e-12).all()
+        assert (parts[first] <= most + 2e-6).all()
+        # And none stays that could take a part.
+        assert (parts[np.abs(sphere.points).max(axis=1) * (1 + 1 / 16) < half] > 0.0).all()
+
+
+def test_triangles_that_cross_at_the_start_do_not_hold_their_points():
+    part = samples.voxel_torus(5.0, 12.0)
+    space = pv.ParametricTorus(ringradius=12.0, crosssectionradius=5.2, u_res=61, v_res=31, w_res=2)
+    space = space.clean().triangulate().compute_normals(auto_orient_normals=True)
+    for scheme in ({"scheme": "thin-plate", "implicit_step": 10.0}, {}):
+        smoothing = InstallationSpaceSmoothing(iterations=5, **scheme)
+        result = pv.wrap(smoothing(part, space))
+        crossing = [
+            crossing_triangles(
+                np.asarray(mesh.points, float), result.regular_faces.astype(np.int32),
+                SignedDistanceTree(SignedDistance(space).mesh).surface, np.full(part.n_points, np.inf), 1e-4,
+            )
+            for mesh in (part, result)
+        ]  # fmt: skip
+        assert (crossing[1] <= crossing[0]).all()
+        assert crossing[1].sum() < 0.5 * crossing[0].sum()
+        error = [np.sqrt(np.mean(samples.torus_distance(m.points, 5.0, 12.0) ** 2)) for m in (part, result)]
+        assert error[1] < 0.4 * error[0]
 
 
 def test_blend_weights_and_the_curvature_bound_in_the_vertex_wise_schemes():

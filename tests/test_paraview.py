@@ -110,7 +110,12 @@ def test_ranges_units_and_help_are_declared_once(cls, parameter):
 def test_inputs_and_outputs_are_named(cls):
     found = definition(cls)
     names = [p.get("name") for p in found.iter("InputProperty")]
-    assert names == (["Input"] if len(cls.inputs) == 1 else [name.capitalize() for name in cls.inputs])
+    needed = ["Input"] if len(cls.inputs) == 1 else [name.capitalize() for name in cls.inputs]
+    assert names == [*needed, *(name.capitalize() for name in cls.optional_inputs)]
+    may_be_missing = [
+        p.get("name") for p in found.iter("InputProperty") if p.find("Hints/Optional") is not None
+    ]
+    assert may_be_missing == names[len(needed) :]
     assert [port.get("name").lower() for port in found.iter("OutputPort")] == list(cls.outputs)
     assert found.find("Hints/ShowInMenu").get("category") == "Surface smoothing"
     assert found.find("Documentation").text.startswith(found.find("Documentation").get("short_help")[:-1])
@@ -206,12 +211,13 @@ def paraview(packages, tmp_path_factory):
 def jobs():
     """Every filter with its defaults and with other values, on one mesh and on composite data."""
     for cls in FILTERS:
-        names = [proxies.input_name(cls, port) for port in range(len(cls.inputs))]
+        needed = [proxies.input_name(cls, port) for port in range(len(cls.inputs))]
+        every = [proxies.input_name(cls, port) for port in range(len(cls.every_input()))]
         others = {parameter.name: other_value(parameter) for parameter in cls.parameters().values()}
-        for kind, files, values in (
-            ("defaults", ("mesh", "original"), {}),
-            ("others", ("mesh", "original"), others),
-            ("blocks", ("blocks", "blocks"), {}),
+        for kind, names, files, values in (
+            ("defaults", needed, ("mesh", "original"), {}),
+            ("others", every, ("mesh", "original"), others),
+            ("blocks", needed, ("blocks", "blocks"), {}),
         ):
             yield cls, kind, dict(zip(names, files, strict=False)), values
 

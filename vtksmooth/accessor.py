@@ -125,7 +125,7 @@ def method_name(cls: type[Filter]) -> str:
 
 def _method(cls: type[Filter]) -> Callable[..., Any]:
     name = method_name(cls)
-    others = cls.inputs[1:]
+    others, optional = cls.inputs[1:], cls.optional_inputs
     # What else a filter makes is returned on demand: return_lines=True.
     further = [f"return_{output}" for output in cls.outputs[1:]]
 
@@ -141,6 +141,7 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
             raise TypeError(
                 f"{name}() takes {len(others)} meshes besides its own: {', '.join(others) or 'none'}"
             )
+        given += [parameters.pop(name, None) for name in optional]
         wanted = [True, *(parameters.pop(name, False) for name in further)]
         outputs = _apply(cls(**parameters), self._mesh, given, inplace, progress_bar)
         returned = tuple(output for output, want in zip(outputs, wanted, strict=True) if want)
@@ -153,6 +154,7 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
         [
             kind("self", kind.POSITIONAL_OR_KEYWORD),
             *(kind(other, kind.POSITIONAL_OR_KEYWORD, annotation="pv.PolyData") for other in others),
+            *(kind(o, kind.KEYWORD_ONLY, default=None, annotation="pv.PolyData | None") for o in optional),
             *(
                 kind(p.name, kind.KEYWORD_ONLY, default=p.default, annotation=p.annotation)
                 for p in cls.parameters().values()
@@ -172,6 +174,9 @@ def _documentation(cls: type[Filter]) -> str:
     text, *parts = re.split(r"\n\n(\w+)\n-+\n", inspect.cleandoc(cls.__doc__ or ""))
     sections = dict(zip(parts[::2], parts[1::2], strict=True))
     parameters = [f"{name} : pyvista.PolyData\n    {INPUTS[name].description}" for name in cls.inputs[1:]]
+    parameters += [
+        f"{name} : pyvista.PolyData, optional\n    {INPUTS[name].description}" for name in cls.optional_inputs
+    ]
     parameters += [sections["Parameters"]] if "Parameters" in sections else []
     returned = "The result; figures are in its field data."
     for output in cls.outputs[1:]:

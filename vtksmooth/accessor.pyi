@@ -330,6 +330,7 @@ class VtksmoothAccessor:
     def trapezium_drawing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 5,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -349,6 +350,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -368,6 +373,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 5
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -406,6 +413,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -453,6 +468,7 @@ class VtksmoothAccessor:
     def laplacian_smoothing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -472,6 +488,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -505,6 +525,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -543,6 +565,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -613,6 +643,7 @@ class VtksmoothAccessor:
     def angle_based_smoothing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -632,6 +663,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -650,6 +685,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -688,6 +725,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -731,6 +776,7 @@ class VtksmoothAccessor:
     def back_to_surface_smoothing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -750,6 +796,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -768,6 +818,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -806,6 +858,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -850,6 +910,7 @@ class VtksmoothAccessor:
     def equilateral_smoothing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 50,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -869,6 +930,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -890,6 +955,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 50
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -928,6 +995,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -981,6 +1056,7 @@ class VtksmoothAccessor:
     def null_space_smoothing(
         self,
         *,
+        installation: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -1000,6 +1076,10 @@ class VtksmoothAccessor:
         null_space: bool = True,
         corrections: int = 2,
         preserve_volume: bool = True,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = None,
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -1022,6 +1102,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        installation : pyvista.PolyData, optional
+            The installation space, its normals outwards.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -1060,6 +1142,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default True
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        curvature_radius : float, default None
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1228,6 +1318,10 @@ class VtksmoothAccessor:
         null_space: bool = False,
         corrections: int = 0,
         preserve_volume: bool = False,
+        containment: Literal['none', 'vertices', 'exact'] = 'exact',
+        tolerance_fraction: float = 1e-06,
+        curvature_radius: float | Literal['auto'] | None = 'auto',
+        curvature_ramp: float = 0.0,
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -1244,12 +1338,8 @@ class VtksmoothAccessor:
         pass_band: float = 0.1,
         tangent_plane: bool = False,
         back_to_surface: bool = False,
-        curvature_radius: float | Literal['auto'] | None = 'auto',
-        curvature_ramp: float = 0.0,
         contact_fraction: float = 1e-06,
         blend_rings: int = 3,
-        containment: Literal['none', 'vertices', 'exact'] = 'exact',
-        tolerance_fraction: float = 1e-06,
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -1303,6 +1393,14 @@ class VtksmoothAccessor:
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
             End each pass with an equal step of all points that closes the volume of every body, or of every label, exactly.
+        containment : {'none', 'vertices', 'exact'}, default 'exact'
+            What must stay inside the installation space: nothing, vertices, or (exact) triangles too.
+        tolerance_fraction : float, default 1e-06
+            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more.
+        curvature_radius : float, default 'auto'
+            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
+        curvature_ramp : float, default 0.0
+            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1335,18 +1433,10 @@ class VtksmoothAccessor:
             Move vertices only across the surface, not off it.
         back_to_surface : bool, default False
             Put every vertex back on the original surface.
-        curvature_radius : float, default 'auto'
-            Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
-        curvature_ramp : float, default 0.0
-            Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
         contact_fraction : float, default 1e-06
             Points no farther from the installation space than this part of its diagonal are fixed. Allowed: 0 diagonals or more.
         blend_rings : int, default 3
             Rings of fixed points over which the weight falls from 1 to 0. Allowed: 0 or more.
-        containment : {'none', 'vertices', 'exact'}, default 'exact'
-            What must stay inside the space: nothing, vertices, or (exact) triangles too.
-        tolerance_fraction : float, default 1e-06
-            How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False

@@ -175,6 +175,11 @@ def _add_files(parser: _Parser, cls: type[Filter]) -> None:
             help="file to read" if len(cls.inputs) == 1 else f"file of the {INPUTS[name].title}",
             metavar="IN" if name in ("mesh", "image") and not cls.measures else name.upper(),
         )  # fmt: skip
+    for name in cls.optional_inputs:
+        parser.add_argument(
+            f"--{name}", type=Path, metavar="FILE",
+            help=f"file of the {INPUTS[name].title}, if there is one",
+        )  # fmt: skip
     if not cls.measures:
         parser.add_argument(
             "output", type=Path, metavar="OUT", help="file to write; its extension is the format"
@@ -439,9 +444,13 @@ class _Run:
         if len({path.resolve() for path in targets.values()}) < len(targets):
             raise ParameterError(f"{options.output} cannot take all results; name a file for each.")
         algorithm: Any = cls(**{name: getattr(options, name) for name in cls.parameters()})
+        given = {name: getattr(options, name) for name in cls.every_input()}
         self._filtered(
             algorithm,
-            *(self._read(getattr(options, name), image=name == "image") for name in cls.inputs),
+            *(
+                None if path is None else self._read(path, image=name == "image")
+                for name, path in given.items()
+            ),
         )
         self.interruption.check()
         for port, path in targets.items():

@@ -63,7 +63,7 @@ class Step:
     inputs : mapping of str to str or Path
         What the filter's further inputs are, by their names: a Path is a file, a text is a role, whose
         mesh is given when the recipe runs. The role ``"original"`` is the mesh that the recipe is run
-        on. An input that is not named has the role of its own name.
+        on. An input that is not named has the role of its own name; an optional one is then left out.
     enabled : bool
         Whether the step is done.
 
@@ -94,7 +94,7 @@ class Step:
             raise RecipeError(f"There is no filter {self.command!r}; there are: {known}.")
         declared = self.cls.parameters()
         _refuse_unknown(self.command, "parameter", self.parameters, declared)
-        _refuse_unknown(self.command, "further input", self.inputs, self.cls.inputs[1:])
+        _refuse_unknown(self.command, "further input", self.inputs, self.cls.every_input()[1:])
         values = {
             name: parameter.check(self.parameters[name])
             for name, parameter in declared.items()
@@ -102,6 +102,7 @@ class Step:
         }
         values = {name: value for name, value in values.items() if value != declared[name].default}
         inputs = {name: self.inputs.get(name, name) for name in self.cls.inputs[1:]}
+        inputs |= {name: self.inputs[name] for name in self.cls.optional_inputs if name in self.inputs}
         object.__setattr__(self, "parameters", MappingProxyType(values))
         object.__setattr__(self, "inputs", MappingProxyType(inputs))
 
@@ -118,6 +119,15 @@ class Step:
     def cls(self) -> type[Filter]:
         """The filter's class."""
         return COMMANDS[self.command]
+
+    @property
+    def named_inputs(self) -> dict[str, str | Path]:
+        """The inputs that must be named: the others are what they are without."""
+        return {
+            name: source
+            for name, source in self.inputs.items()
+            if source != name or name in self.cls.optional_inputs
+        }
 
     def make(self) -> Filter:
         """Return a new filter with the step's parameters."""
@@ -139,7 +149,7 @@ class Step:
         return [_option(declared[name], value) for name, value in self.parameters.items()]
 
     def __str__(self) -> str:
-        inputs = [f"{name}={source}" for name, source in self.inputs.items() if source != name]
+        inputs = [f"{name}={source}" for name, source in self.named_inputs.items()]
         values = [f"{name}={shown(value)}" for name, value in self.parameters.items()]
         return f"{self.command} {', '.join([*inputs, *values])}".rstrip()
 
@@ -356,7 +366,7 @@ class Recipe:
             return {"path": (path.relative_to(folder.absolute()) if folder and inside else path).as_posix()}
 
         def entry(step: Step) -> dict[str, Any]:
-            inputs = {name: place(source) for name, source in step.inputs.items() if source != name}
+            inputs = {name: place(source) for name, source in step.named_inputs.items()}
             return {
                 "filter": step.command,
                 **({"parameters": dict(step.parameters)} if step.parameters else {}),
@@ -465,6 +475,7 @@ class Recipe:
                 current = target if index == changing[-1] else between
                 words.append(str(current))
             words = [f"./{word}" if word.startswith("-") else word for word in words]
+            words += [f"--{name}={names[name]}" for name in step.cls.optional_inputs if name in names]
             lines.append(shlex.join(["vtksmooth", step.command, *words, *step.options()]))
         return lines
 
@@ -493,8 +504,9 @@ class Recipe:
             body.append(
                 f"{name}.SetInputConnection({last}.GetOutputPort())" if last else f"{name}.SetInputData(mesh)"
             )
-            for port, further in enumerate(step.inputs.values(), 1):
-                body.append(f"{name}.SetInputData({port}, {names[further]})")
+            for further, given in step.inputs.items():
+                port = step.cls.every_input().index(further)
+                body.append(f"{name}.SetInputData({port}, {names[given]})")
             body += [f"{name}.Update()", f'print("{step.command}:", {name}.figures)']
             if not step.cls.measures:
                 last = name
@@ -517,7 +529,10 @@ class Recipe:
             body += ["", _heading(number, step)]
             if not step.enabled:
                 continue
-            arguments = [names[further] for further in step.inputs.values()]
+            arguments = [
+                f"{further}={names[one]}" if further in step.cls.optional_inputs else names[one]
+                for further, one in step.inputs.items()
+            ]
             arguments += [f"{key}={_literal(value)}" for key, value in step.parameters.items()]
             name = "measured" if step.cls.measures else "result"
             call = f"{name} = result.vtksmooth.{method_name(step.cls)}("

@@ -74,6 +74,10 @@ class RunReport:
         Points of the input that lie where another one is: points in one place are one vertex.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
+    curvature_radius : float or None
+        Points as flat as a sphere of this radius did not move; None without a bound.
+    moves_checked, distances_asked : int
+        Moves held against an installation space, and those of them for which a distance had to be computed.
     label_volumes : tuple of (int, float, float)
         Of surfaces between labels each label's value, and its volume before and after. What is outside of all
         has the volume of all others, negative.
@@ -95,6 +99,9 @@ class RunReport:
     broken: list[str] = field(default_factory=list)
     merged_points: int = 0
     irregular: int = 0
+    curvature_radius: float | None = None
+    moves_checked: int = 0
+    distances_asked: int = 0
     label_volumes: tuple[tuple[int, float, float], ...] = ()
 
     @property
@@ -133,13 +140,9 @@ class InstallationSpaceReport(RunReport):
     ----------
     fixed, blended, free : int
         Points on the space's surface that stay, those of them that move a little, and the others.
-    curvature_radius : float or None
-        Points as flat as a sphere of this radius did not move; None without a bound.
     outside, crossing : tuple of int
         Points outside the space and triangles that cross its surface, before and after, the latter as
         the output's precision has it.
-    moves_checked, distances_asked : int
-        Moves held against the space, and those of them for which a distance had to be computed.
     notes : list of str
         What a user should know about the installation space.
     """
@@ -147,11 +150,8 @@ class InstallationSpaceReport(RunReport):
     fixed: int = 0
     blended: int = 0
     free: int = 0
-    curvature_radius: float | None = None
     outside: tuple[int, int] = (0, 0)
     crossing: tuple[int, int] = (0, 0)
-    moves_checked: int = 0
-    distances_asked: int = 0
     notes: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:

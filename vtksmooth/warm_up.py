@@ -134,7 +134,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
     for setting in settings:
         # What has no say would be refused.
         values = {name: parameter.default for name, parameter in declared.items()} | setting
-        yield {name: value for name, value in setting.items() if declared[name].has_say(values.__getitem__)}
+        yield {name: value for name, value in setting.items() if declared[name].has_say(values.get)}
 
 
 def label_image(size: int) -> vtkImageData:

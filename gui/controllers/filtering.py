@@ -36,12 +36,15 @@ class _Request:
     cls: type[Filter]
     values: dict[str, Any]
     layer: Layer
-    states: list[State]
+    #: None for optional inputs that are none.
+    states: list[State | None]
 
     def work(self, context: Context) -> _Result:
         """Run it; the filter belongs to the worker alone until it has ended."""
         began = time.perf_counter()
-        filter: Any = context.run(self.cls(**self.values), *(state.input() for state in self.states))
+        filter: Any = context.run(
+            self.cls(**self.values), *(None if state is None else state.input() for state in self.states)
+        )
         seconds = time.perf_counter() - began
         outputs = [State.of(filter.GetOutput(port), self.states[0]) for port in range(len(self.cls.outputs))]
         report = str(getattr(filter, "report", "") or numbers.line(filter.figures))
@@ -134,10 +137,10 @@ class Filtering(QObject):
         if layer is None or layer.state is None:
             self._window.notification.say("Open a mesh first.", "warning")
             return None
-        states = [layer.state]
+        states: list[State | None] = [layer.state]
         for name, target in zip(panel.inputs, panel.further_inputs(), strict=True):
             state = target.state if isinstance(target, Layer) else target
-            if state is None:
+            if state is None and name not in panel.filter.optional_inputs:
                 self._window.notification.say(
                     f"{title(panel.filter)} needs a second mesh, the {INPUTS[name].title}: "
                     "open it as a layer.",

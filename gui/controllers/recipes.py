@@ -24,7 +24,7 @@ from ..model.document import Document
 from ..model.draft import Draft
 from ..model.layer import Layer
 from ..model.replay import Replay
-from ..model.state import Source
+from ..model.state import Source, State
 from ..settings import Settings
 from ..views.filter_form import title
 from ..views.main_window import MainWindow
@@ -140,11 +140,15 @@ class Recipes(QObject):
         self.draft.set(self.draft.recipe.changed(index, **values))
 
     @Slot(int, str, object)
-    def _change_input(self, index: int, name: str, source: Source) -> None:
+    def _change_input(self, index: int, name: str, source: Source | None) -> None:
         state = next((state for _, one, state in self.draft.offers() if one == source), None)
         step = self.draft.recipe.steps[index]
-        step = dataclasses.replace(step, inputs={**step.inputs, name: source})
-        given = {} if state is None or state is self._document.active.opened else {source: state}  # type: ignore[union-attr]
+        inputs = {other: one for other, one in step.inputs.items() if other != name}
+        step = dataclasses.replace(step, inputs=inputs if source is None else {**inputs, name: source})
+        given: dict[Source, State] = {}
+        layer = self._document.active
+        if source is not None and state is not None and layer is not None and state is not layer.opened:
+            given[source] = state
         self.draft.set(self.draft.recipe.replaced(index, step), given)
 
     def revert_recipe(self) -> None:

@@ -107,15 +107,19 @@ class Document:
         return layer
 
     def step(
-        self, layer: Layer, cls: type[Filter], values: Mapping[str, Any], further: Sequence[State]
+        self, layer: Layer, cls: type[Filter], values: Mapping[str, Any], further: Sequence[State | None]
     ) -> tuple[recipe.Step, dict[Source, State]]:
-        """Return a filter as a step of the recipe of `layer`, and the meshes of its `further` inputs."""
+        """Return a filter as a step of the recipe of `layer`, and the meshes of its `further` inputs.
+
+        None is an optional input that is none.
+        """
         assert layer.state is not None
         taken: dict[Source, State] = {recipe.ORIGINAL: layer.opened, **layer.state.sources}
         inputs: dict[str, Source] = {}
-        for name, state in zip(cls.inputs[1:], further, strict=True):
-            inputs[name] = self.source(state, taken)
-            taken[inputs[name]] = state
+        for name, state in zip(cls.every_input()[1:], further, strict=True):
+            if state is not None:
+                inputs[name] = self.source(state, taken)
+                taken[inputs[name]] = state
         used = {source: taken[source] for source in inputs.values() if source != recipe.ORIGINAL}
         return recipe.Step(cls.command, values, inputs), used
 

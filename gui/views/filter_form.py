@@ -77,7 +77,7 @@ class FilterForm(QScrollArea):
     def _fill(self, column: QVBoxLayout, cls: type[Filter]) -> None:
         forms = {"": self._form()}
         column.addLayout(forms[""])
-        for name in cls.inputs[1:]:
+        for name in cls.every_input()[1:]:
             box = QComboBox()
             box.setMinimumContentsLength(8)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -85,6 +85,7 @@ class FilterForm(QScrollArea):
             self.inputs[name] = box
             forms[""].addRow(self._label(INPUTS[name].title.capitalize(), box.toolTip()), box)
             box.activated.connect(partial(self._chosen, name))
+            box.currentIndexChanged.connect(self._follow)
         for name, parameter in cls.parameters().items():
             row = ParameterRow(parameter, self._names)
             row.set_unit(self._unit)
@@ -127,7 +128,9 @@ class FilterForm(QScrollArea):
             self.setMinimumWidth(page.minimumSizeHint().width() + bar)
 
     def _has_say(self, name: str) -> bool:
-        return self.rows[name].parameter.has_say(lambda other: self.rows[other].value)
+        return self.rows[name].parameter.has_say(
+            lambda other: self.inputs[other].currentData() if other in self.inputs else self.rows[other].value
+        )
 
     def _follow(self) -> None:
         """Grey the parameters that have no effect with what is chosen.
@@ -178,8 +181,8 @@ class FilterForm(QScrollArea):
         self._follow()
 
     def choose_input(self, name: str, target: Any) -> None:
-        """Show that a further input is `target`, one of those that are offered."""
-        self.inputs[name].setCurrentIndex(self._place(target))
+        """Show that a further input is `target`, one of those that are offered; None: there is none."""
+        self.inputs[name].setCurrentIndex(self._place(name, target))
 
     def _chosen(self, name: str, *_: Any) -> None:
         self.input_chosen.emit(name)
@@ -202,12 +205,16 @@ class FilterForm(QScrollArea):
             row.set_names(names)
 
     def _offer(self) -> None:
-        for box in self.inputs.values():
+        for name, box in self.inputs.items():
             chosen = box.currentData()
             box.clear()
-            for name, target in self._targets:
-                box.addItem(name, target)
-            box.setCurrentIndex(max(self._place(chosen), 0) if self._targets else -1)
+            for words, target in self._offered(name):
+                box.addItem(words, target)
+            box.setCurrentIndex(max(self._place(name, chosen), 0) if box.count() else -1)
 
-    def _place(self, target: Any) -> int:
-        return next((i for i, (_, other) in enumerate(self._targets) if other == target), -1)
+    def _offered(self, name: str) -> list[tuple[str, Any]]:
+        optional = self.filter is not None and name in self.filter.optional_inputs
+        return [("none", None), *self._targets] if optional else self._targets
+
+    def _place(self, name: str, target: Any) -> int:
+        return next((i for i, (_, other) in enumerate(self._offered(name)) if other == target), -1)

@@ -174,8 +174,8 @@ class RecipeList(QWidget):
         with QSignalBlocker(self.form):
             self.form.set_targets(targets, names)
             if 0 <= self.row < len(self.recipe):
-                for name, source in self.recipe.steps[self.row].inputs.items():
-                    self.form.choose_input(name, source)
+                for name in self.form.inputs:
+                    self.form.choose_input(name, self.recipe.steps[self.row].inputs.get(name))
 
     # -- what the user does ------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ import pytest
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from vtksmooth import Recipe, Step
+from vtksmooth import Recipe, Step, samples
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface, write_surface
 from vtksmooth.filters import FILTERS, LaplacianSmoothing, SurfaceComparison, TrapeziumDrawing
@@ -250,6 +250,44 @@ def test_a_further_input_is_chosen_among_the_layers(steps, ant, tmp_path):
     assert np.array_equal(vtk_to_numpy(found), vtk_to_numpy(expected.GetPointData().GetArray("Deviation")))
 
 
+def test_an_optional_input_is_chosen_among_the_layers_or_none(user, tmp_path):
+    skin, space = samples.channel()
+    skin.triangulate().save(tmp_path / "skin.vtp")
+    space.save(tmp_path / "space.vtp")
+    user.drop(tmp_path / "skin.vtp")
+    user.drop(tmp_path / "space.vtp")
+    user.document.activate(user.document.layers[0])
+    user.choose(TrapeziumDrawing, iterations=2)
+    form = user.window.filters.form
+    box, row = form.inputs["installation"], form.rows["containment"]
+    assert (box.currentText(), row.isEnabled()) == ("none", False)
+    user.do("apply")
+    assert dict(user.document.active.state.recipe.steps[0].inputs) == {}
+    free = user.mesh
+    given = [read_surface(tmp_path / name)[0] for name in ("skin.vtp", "space.vtp")]
+    smoothing = TrapeziumDrawing(iterations=2)
+    assert same_points(free, smoothing(given[0]))
+    # In the form of the filter, and in that of its step.
+    user.do("undo")
+    box.setCurrentIndex(box.findText("space"))
+    assert row.isEnabled()
+    user.do("apply")
+    inside = smoothing(*given)
+    assert same_points(user.mesh, inside)
+    assert not same_points(free, inside)
+    step = user.document.active.state.recipe.steps[0]
+    assert dict(step.inputs) == {"installation": tmp_path / "space.vtp"}
+    user.window.show_panel("Recipe")
+    select(user, 0)
+    box = user.window.recipe.form.inputs["installation"]
+    assert box.currentText() == "space"
+    box.setCurrentIndex(0)
+    box.activated.emit(0)
+    user.do("run_recipe")
+    assert dict(user.document.active.state.recipe.steps[0].inputs) == {}
+    assert same_points(user.mesh, free)
+
+
 # -- files ---------------------------------------------------------------------------------------------
 
 
@@ -353,7 +391,7 @@ def test_every_filter_has_a_form_in_the_recipe(user, ant):
     for cls in FILTERS:
         user.application.recipes.draft.set(Recipe([Step(cls.command)]))
         assert set(user.window.recipe.form.rows) == set(cls.parameters())
-        assert set(user.window.recipe.form.inputs) == set(cls.inputs[1:])
+        assert set(user.window.recipe.form.inputs) == set(cls.every_input()[1:])
 
 
 # -- reports -------------------------------------------------------------------------------------------

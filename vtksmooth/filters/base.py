@@ -74,8 +74,10 @@ class Filter(VTKPythonAlgorithmBase):
 
     #: Name on the command line and in reports.
     command: ClassVar[str] = ""
-    #: Names of the inputs, keys of ``INPUTS``.
+    #: Names of the inputs that it needs, keys of ``INPUTS``.
     inputs: ClassVar[tuple[str, ...]] = ("mesh",)
+    #: Names of the inputs that may be missing, on the ports after those.
+    optional_inputs: ClassVar[tuple[str, ...]] = ()
     #: The types of VTK that the inputs may be of.
     accepts: ClassVar[tuple[type, ...]] = (vtkPolyData, vtkCompositeDataSet)
     #: Names of the outputs.
@@ -102,7 +104,7 @@ class Filter(VTKPythonAlgorithmBase):
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__(
-            nInputPorts=len(self.inputs),
+            nInputPorts=len(self.every_input()),
             inputType="vtkPolyData",
             nOutputPorts=len(self.outputs),
             outputType="vtkDataObject",
@@ -138,6 +140,11 @@ class Filter(VTKPythonAlgorithmBase):
         """Return the declared parameters by name, in order."""
         return parameters_of(cls)
 
+    @classmethod
+    def every_input(cls) -> tuple[str, ...]:
+        """Return the names of all inputs, port by port."""
+        return cls.inputs + cls.optional_inputs
+
     @property
     def figures(self) -> dict[str, Any]:
         """What the last execution measured or did, as the command line's ``--json`` shows it."""
@@ -152,8 +159,9 @@ class Filter(VTKPythonAlgorithmBase):
     def execute(self, *inputs: Any) -> Any:
         """Return the output for vtkPolyData `inputs`, which must not be changed.
 
-        A vtkPolyData; with several outputs a tuple of them. Where points of the input coincide, or it is in
-        blocks or has ghost cells, the first of `inputs` is one surface made of it, see `whole`.
+        A vtkPolyData; with several outputs a tuple of them. Optional inputs that are missing are left out.
+        Where points of the input coincide, or it is in blocks or has ghost cells, the first of `inputs` is
+        one surface made of it, see `whole`.
         """
         raise NotImplementedError
 
@@ -220,8 +228,8 @@ class Filter(VTKPythonAlgorithmBase):
     def __call__(self, *inputs: Any) -> Any:
         """Run on `inputs` (vtkPolyData, pyvista.PolyData or composite) and return the output.
 
-        A filter with several outputs returns a tuple of them. What is returned is the caller's: the next run
-        does not touch it.
+        Optional inputs that are left out are none, whatever was connected before. A filter with several
+        outputs returns a tuple of them. What is returned is the caller's: the next run does not touch it.
 
         Raises
         ------
@@ -232,13 +240,13 @@ class Filter(VTKPythonAlgorithmBase):
         TypeError
             The number of inputs is wrong.
         """
-        if len(inputs) != len(self.inputs):
-            raise TypeError(
-                f"{type(self).__name__} takes {len(self.inputs)} inputs: {', '.join(self.inputs)}."
-            )
+        every = self.every_input()
+        if not len(self.inputs) <= len(inputs) <= len(every):
+            optional = "".join(f"; {name} may be left out" for name in self.optional_inputs)
+            raise TypeError(f"{type(self).__name__} takes {len(every)} inputs: {', '.join(every)}{optional}.")
         try:
-            for port, data in enumerate(inputs):
-                self.SetInputDataObject(port, data)
+            for port in range(len(every)):
+                self.SetInputDataObject(port, inputs[port] if port < len(inputs) else None)
             self.Update()
             if self.last_error is not None:
                 raise self.last_error
@@ -353,9 +361,10 @@ class Filter(VTKPythonAlgorithmBase):
         self.forget()
         try:
             with interruption.running(called_by_vtk=True), compiling_ahead(type(self).__name__):
-                sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.inputs))]
+                sources = [vtkDataObject.GetData(inInfo[port], 0) for port in range(len(self.every_input()))]
                 for port, source in enumerate(sources):
-                    if not isinstance(source, self.accepts):
+                    left_out = source is None and port >= len(self.inputs)
+                    if not (left_out or isinstance(source, self.accepts)):
                         raise self._wrong_input(port, source)
                 self._refuse_what_is_not_read()
                 self._execute_all(sources, outputs)
@@ -381,15 +390,20 @@ class Filter(VTKPythonAlgorithmBase):
     def _refuse_what_is_not_read(self) -> None:
         for name, parameter in self.parameters().items():
             value = getattr(self, name)
-            if value != parameter.default and not parameter.has_say(lambda other: getattr(self, other)):
-                now = ", ".join(f"{other}={getattr(self, other)!r}" for other in parameter.only)
+            if value != parameter.default and not parameter.has_say(self._given):
+                now = ", ".join(f"{other}={self._given(other)!r}" for other in parameter.only)
                 raise ParameterError(
                     f"{name}={value!r} has no effect with {now}: leave it out; it has one where "
                     f"{parameter.where}."
                 )
 
+    def _given(self, name: str) -> Any:
+        """Return the value of a parameter, or what is connected to an input."""
+        every = self.every_input()
+        return self.GetInputDataObject(every.index(name), 0) if name in every else getattr(self, name)
+
     def _wrong_input(self, port: int, data: Any) -> InvalidMeshError:
-        title = INPUTS[self.inputs[port]].title
+        title = INPUTS[self.every_input()[port]].title
         if vtkPolyData not in self.accepts:
             given = "nothing" if data is None else type(data).__name__
             names = " or ".join(each.__name__ for each in self.accepts)
@@ -407,7 +421,7 @@ class Filter(VTKPythonAlgorithmBase):
         self._share, self.notes = (0.0, 1.0), []
         main, *others = sources
         if not isinstance(main, vtkCompositeDataSet):
-            for number, (name, source) in enumerate(zip(self.inputs[1:], others, strict=True), 2):
+            for number, (name, source) in enumerate(zip(self.every_input()[1:], others, strict=True), 2):
                 if INPUTS[name].same_points and isinstance(source, vtkCompositeDataSet):
                     raise InvalidMeshError(
                         f"Input {number} is composite and input 1 is not; merge its blocks into one polydata."
@@ -433,12 +447,13 @@ class Filter(VTKPythonAlgorithmBase):
         for leaf in _leaves(main):
             index = leaf.GetCurrentFlatIndex()
             data = [leaf.GetCurrentDataObject()]
-            for name, source in zip(self.inputs[1:], others, strict=True):
+            for name, source in zip(self.every_input()[1:], others, strict=True):
                 # One that is no composite belongs to every block; so does an installation space in blocks.
                 paired = isinstance(source, vtkCompositeDataSet) and INPUTS[name].same_points
                 data.append(source.GetDataSet(leaf) if paired else source)
-            if not all(isinstance(one, vtkPolyData | vtkCompositeDataSet) for one in data):
-                names = ", ".join("nothing" if one is None else _vtk_class(one).__name__ for one in data)
+            given = [one for one, source in zip(data, [main, *others], strict=True) if source is not None]
+            if not all(isinstance(one, vtkPolyData | vtkCompositeDataSet) for one in given):
+                names = ", ".join("nothing" if one is None else _vtk_class(one).__name__ for one in given)
                 raise InvalidMeshError(
                     f"Block {index} must be polydata, not {names}; extract its surface first."
                 )
@@ -453,7 +468,7 @@ class Filter(VTKPythonAlgorithmBase):
             with named(block):
                 self.check(block.data, *others)
         before = [Block(block.index, self.prepared(block)) for block in blocks]
-        paired = [INPUTS[name].same_points for name in self.inputs[1:]]
+        paired = [INPUTS[name].same_points for name in self.every_input()[1:]]
         same = [[other for other, pair in zip(others, paired, strict=True) if pair] for others in seconds]
         clean = self.clean and not any(self.joins_all(block.data) for block in before)
         has_faces = before[0].data.GetNumberOfPolys() + before[0].data.GetNumberOfStrips() > 0
@@ -465,11 +480,13 @@ class Filter(VTKPythonAlgorithmBase):
         further = [
             whole.like([others[place] for others in seconds])
             if pair and whole is not None
-            else _one_surface(seconds[0][place], INPUTS[self.inputs[1 + place]].title)
+            else _one_surface(seconds[0][place], INPUTS[self.every_input()[1 + place]].title)
             for place, pair in enumerate(paired)
         ]
         if whole is not None:
             whole.take_arrays(self.merges(), self.edge_arrays())
+        while further and further[-1] is None:
+            further.pop()
         result = self.execute(before[0].data if whole is None else whole.polydata, *further)
         self.whole = None
         result = result if isinstance(result, tuple) else (result,)

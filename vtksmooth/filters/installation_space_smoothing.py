@@ -11,20 +11,15 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..errors import ParameterError
 from ..kernels.containment.crossings import crossing_triangles
-from ..kernels.distance.signed_distance import SignedDistanceTree
 from ..kernels.mesh.mesh import Mesh
-from ..kernels.smoothing.constraints import Constraint
-from ..kernels.smoothing.constraints.blend import Blend
-from ..kernels.smoothing.constraints.containment import Containment
-from ..kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from ..report import InstallationSpaceReport
 from .arrays import output_like, surface_of, vtk_array
 from .base import add_field
 from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
-from .parameter import AUTO, CONSTRAINTS, SET, Parameter
+from .parameter import AUTO, CONSTRAINTS, Parameter
 from .places import Block
-from .signed_distance import opened, relative, touching_distance, used_points
+from .signed_distance import Inside, opened, relative, touching_distance, used_points
 from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
 from .valence_triangulation import ValenceTriangulation
 
@@ -71,6 +66,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
 
     command = "installation-space"
     inputs = ("mesh", "installation")
+    optional_inputs = ()
 
     #: Whether polygons were split into triangles.
     _split = False
@@ -90,26 +86,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         choices=LaplacianSmoothing.scheme.choices,
     )
     relaxation_factor = LaplacianSmoothing.relaxation_factor.with_default(1.0)
-    curvature_radius = Parameter(
-        AUTO, "Leave points where the surface is as flat as a sphere of this radius; auto: by the noise.",
-        low=0.0, unit="model units", optional=True, automatic=True, type=float,
-    )  # fmt: skip
-    curvature_ramp = Parameter(
-        0.0, "Steps grow from nothing to full length between 1 and 1 + this times the bound.",
-        low=0.0, only={"curvature_radius": SET},
-    )  # fmt: skip
+    curvature_radius = SmoothingFilter.curvature_radius.with_default(AUTO)
     contact_fraction = InstallationSpaceRegions.contact_fraction
     blend_rings = InstallationSpaceRegions.blend_rings
-    containment = Parameter(
-        "exact",
-        "What must stay inside the space: nothing, vertices, or (exact) triangles too.",
-        choices=("none", "vertices", "exact"),
-        group=CONSTRAINTS,
-    )
-    tolerance_fraction = Parameter(
-        1e-6, "How far outside counts as inside; never less than what the points' precision makes of it.",
-        low=0.0, unit="diagonals", group=CONSTRAINTS,
-    )  # fmt: skip
+    containment = SmoothingFilter.containment.always()
+    tolerance_fraction = SmoothingFilter.tolerance_fraction.always()
 
     boundary_labels = LaplacianSmoothing.boundary_labels.with_default(None)
 
@@ -145,34 +126,23 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata of triangles inside another."""
         source, installation = inputs
-        whole = self._share
-        triangles = output_like(source)
         self.progress(0.05, "measuring distances")
-        before, given, tolerance = opened(triangles, installation, self.tolerance_fraction)
-        self.origin = given.origin
-        space, copies = given.tree, self.copies(source)
-        contact = touching_distance(self.contact_fraction, given.mesh, source, installation)
-        fixed, weights, summary = classify(
-            before, copies, space, contact, self.blend_rings, lambda part: self.progress(0.05 + 0.05 * part)
-        )
-        fixed, weights = self._with_given(source, fixed, weights)
-        triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
-        triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
-        self._constraints = self._made(weights, space, tolerance)
+        inside, copies = opened(source, installation, self.tolerance_fraction), self.copies(source)
+        triangles, held, weights, summary = self._with_regions(source, installation, inside, copies)
         self.progress(0.1, "looking for crossings")
-        state_before = _violations(before, copies, space, tolerance)
-        low, high = whole
+        before = _violations(inside.mesh, copies, inside)
+        low, high = self._share
         self._share = (low + 0.15 * (high - low), low + 0.9 * (high - low))
-        output = super().execute(triangles)
-        self._share = whole
+        output = self.smoothed(triangles, held, weights, inside)
+        self._share = (low, high)
         self.progress(0.9, "verifying")
-        after = _violations(relative(surface_of(output).mesh, self.origin), copies, space, tolerance)
+        after = _violations(relative(surface_of(output).mesh, inside.space.origin), copies, inside)
         report = InstallationSpaceReport(
             **asdict(self.report),
             **summary,
-            outside=(state_before[0], after[0]),
-            crossing=(state_before[1], after[1]),
-            notes=given.notes,
+            outside=(before[0], after[0]),
+            crossing=(before[1], after[1]),
+            notes=inside.space.notes,
         )
         if self._split:
             report.notes.append(
@@ -180,11 +150,6 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
             )
         if self._vectors is not None and not self._vectors.any():
             report.notes.append("The flow is zero everywhere: smoothing is the same in all directions.")
-        for constraint in self._constraints:
-            if isinstance(constraint, CurvatureBound):
-                report.curvature_radius = constraint.radius
-            if isinstance(constraint, Containment):
-                report.moves_checked, report.distances_asked = constraint.checked, constraint.asked
         self.report = report
         add_field(output, "VerticesOutside", report.outside[1])
         add_field(output, "TrianglesCrossing", report.crossing[1])
@@ -192,43 +157,34 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         self.progress(1.0)
         return output
 
-    def _with_given(
-        self, source: Any, fixed: npt.NDArray[np.uint8], weights: npt.NDArray[np.float64]
-    ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float64]]:
-        """Return the regions with those that the input gives by the arrays named."""
-        held = super().held_points(source)
-        given = super().weights_of_steps(source, held)
+    def _with_regions(
+        self, source: Any, installation: Any, inside: Inside, copies: npt.NDArray[np.int64]
+    ) -> tuple[vtkPolyData, npt.NDArray[Any] | None, npt.NDArray[np.float64], dict[str, Any]]:
+        """Return the mesh with its regions, the points that are held, the weights, and how many are what.
+
+        Regions are those of the space, and what the arrays that the parameters name say.
+        """
+        contact = touching_distance(self.contact_fraction, inside.space.mesh, source, installation)
+        fixed, weights, summary = classify(
+            inside.mesh, copies, inside.space.tree, contact, self.blend_rings,
+            lambda part: self.progress(0.05 + 0.05 * part),
+        )  # fmt: skip
+        held = self.held_points(source)
+        given = self.weights_of_steps(source, held)
         if held is not None:
             fixed = (fixed | (held != 0)).astype(np.uint8)
             weights = np.where(held != 0, 0.0, weights)
-        return fixed, weights if given is None else weights * given
-
-    def held_points(self, source: Any) -> None:
-        """Return None: points that the input fixes have the weight 0."""
-
-    def weights_of_steps(self, source: Any, held: Any) -> None:
-        """Return None: what the input gives has gone into the weights of the regions."""
-
-    def _made(
-        self, weights: npt.NDArray[np.float64], space: SignedDistanceTree, tolerance: float
-    ) -> list[Constraint]:
-        constraints: list[Constraint] = [Blend(weights)]
-        if self.curvature_radius is not None:
-            radius = None if self.curvature_radius == AUTO else self.curvature_radius
-            constraints.append(CurvatureBound(radius, self.curvature_ramp))
-        if self.containment != "none":
-            constraints.append(Containment(space, tolerance, exact=self.containment == "exact"))
-        return constraints
-
-    def make_constraints(self, diagonal: float) -> list[Constraint]:
-        """Return the constraints."""
-        return [*super().make_constraints(diagonal), *self._constraints]
+        if given is not None:
+            weights = weights * given
+        triangles = output_like(source)
+        triangles.GetPointData().AddArray(vtk_array(fixed, FIXED))
+        triangles.GetPointData().AddArray(vtk_array(weights, BLEND_WEIGHT))
+        return triangles, held, weights, summary
 
 
-def _violations(
-    mesh: Mesh, copies: npt.NDArray[np.int64], space: SignedDistanceTree, tolerance: float
-) -> tuple[int, int]:
+def _violations(mesh: Mesh, copies: npt.NDArray[np.int64], inside: Inside) -> tuple[int, int]:
     """Return how many points are outside, with all their copies, and how many triangles cross."""
+    space, tolerance = inside.space.tree, inside.tolerance
     used = used_points(mesh)
     distances: npt.NDArray[np.float64] = np.zeros(mesh.n_points)
     distances[used] = space(mesh.points[used])

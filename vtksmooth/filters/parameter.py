@@ -57,7 +57,8 @@ class Parameter:
         What a str is that is no array's name, in a word; the help says how it is written.
     only : mapping of str to sequence or "set", optional
         Other parameters and those of their values with which this one has a say, if it has not always; one
-        of them is enough. Where it has none, only its default is accepted.
+        of them is enough. Inputs of the filter may be among them, as "set". Where it has none, only its
+        default is accepted.
 
     Examples
     --------

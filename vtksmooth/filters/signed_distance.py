@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -192,17 +192,26 @@ class SignedDistance:
         return np.where(self._winding.inside(points, away), -away, away)
 
 
-def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, SignedDistance, float]:
-    """Read two polydata: a mesh, and the installation space it should be in.
+class Inside(NamedTuple):
+    """A mesh and the installation space that it should be in.
 
-    Returns
-    -------
+    Attributes
+    ----------
     mesh : Mesh
         Relative to the origin of the space, see :func:`common_origin`.
     space : SignedDistance
         Its notes say what is unusual about the two together, too.
     tolerance : float
         The distance that counts as touching, see :func:`touching_distance`.
+    """
+
+    mesh: Mesh
+    space: SignedDistance
+    tolerance: float
+
+
+def opened(source: Any, installation: Any, fraction: float) -> Inside:
+    """Read two polydata: a mesh, and the installation space it should be in.
 
     Raises
     ------
@@ -213,7 +222,7 @@ def opened(source: Any, installation: Any, fraction: float) -> tuple[Mesh, Signe
     space = SignedDistance(installation, beside=mesh)
     mesh = relative(mesh, space.origin)
     space.notes += check_sizes(mesh, space.mesh, space.origin)
-    return mesh, space, touching_distance(fraction, space.mesh, source, installation)
+    return Inside(mesh, space, touching_distance(fraction, space.mesh, source, installation))
 
 
 def common_origin(space: Mesh, mesh: Mesh) -> Float64:

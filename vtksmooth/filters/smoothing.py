@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,9 @@ from ..kernels.smoothing.constraints import Constraint
 from ..kernels.smoothing.constraints.back_to_surface import BackToSurface
 from ..kernels.smoothing.constraints.blend import Blend
 from ..kernels.smoothing.constraints.boundary import Boundary
+from ..kernels.smoothing.constraints.containment import Containment
 from ..kernels.smoothing.constraints.creases import Creases
+from ..kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from ..kernels.smoothing.constraints.deviation_bound import DeviationBound
 from ..kernels.smoothing.constraints.feature_lines import FeatureLines
 from ..kernels.smoothing.constraints.gate import Gate
@@ -38,6 +40,7 @@ from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS, labels_name, with_labels
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
 from .places import Joined, Merge
+from .signed_distance import Inside, opened
 
 #: Array that pins points when it is there and no other is named.
 FIXED = "Fixed"
@@ -97,6 +100,7 @@ class SmoothingFilter(Filter):
     """
 
     clean = True
+    optional_inputs: ClassVar[tuple[str, ...]] = ("installation",)
     says_of_places = "points in one place move as one."
 
     iterations = Parameter(10, "Most iterations to do.", low=0)
@@ -192,6 +196,25 @@ class SmoothingFilter(Filter):
         "label, exactly.",
         group=CONSTRAINTS,
     )
+    containment = Parameter(
+        "exact",
+        "What must stay inside the installation space: nothing, vertices, or (exact) triangles too.",
+        choices=("none", "vertices", "exact"),
+        group=CONSTRAINTS,
+        only={"installation": SET},
+    )
+    tolerance_fraction = Parameter(
+        1e-6, "How far outside counts as inside; never less than what the points' precision makes of it.",
+        low=0.0, unit="diagonals", group=CONSTRAINTS, only={"installation": SET},
+    )  # fmt: skip
+    curvature_radius = Parameter(
+        None, "Leave points where the surface is as flat as a sphere of this radius; auto: by the noise.",
+        low=0.0, unit="model units", optional=True, automatic=True, type=float, group=CONSTRAINTS,
+    )  # fmt: skip
+    curvature_ramp = Parameter(
+        0.0, "Steps grow from nothing to full length between 1 and 1 + this times the bound.",
+        low=0.0, group=CONSTRAINTS, only={"curvature_radius": SET},
+    )  # fmt: skip
     stop_normal_deviation = Parameter(
         None, "Stop before vertex normals turn by more than this.",
         low=0.0, high=180.0, unit="deg", optional=True, type=float, group=STOP_RULES,
@@ -247,20 +270,16 @@ class SmoothingFilter(Filter):
     tangent_plane: Any = False
     back_to_surface: Any = False
 
-    #: What the loop's coordinates are relative to, (3,).
-    origin: Any = (0.0, 0.0, 0.0)
-
     #: Volume that each face is to sweep in each iteration, where a subclass reads it.
     _flux: npt.NDArray[np.float64] | None = None
 
     #: Whether the surface lies between labels.
     labelled: bool = False
 
-    #: Weights that the input gives, see `blend`.
-    _weights: npt.NDArray[Any] | None = None
-
-    def make_constraints(self, diagonal: float) -> list[Constraint]:
-        """Return the constraints that dispose, in any order."""
+    def make_constraints(
+        self, diagonal: float, weights: npt.NDArray[Any] | None, inside: Inside | None
+    ) -> list[Constraint]:
+        """Return the constraints that dispose, in any order; see :meth:`smoothed`."""
         constraints: list[Constraint] = []
         # What steps off the surface are to remove, local corrections would give back: noise with it.
         tangential = (
@@ -277,14 +296,20 @@ class SmoothingFilter(Filter):
         # In the null space ridges slide as it is.
         if self.features == "hold" or (self.features == "slide" and not self.null_space):
             constraints.append(FeatureLines(sliding=self.features == "slide"))
-        if self._weights is not None:
-            constraints.append(Blend(self._weights))
+        if weights is not None:
+            constraints.append(Blend(weights))
+        if self.curvature_radius is not None:
+            radius = None if self.curvature_radius == AUTO else self.curvature_radius
+            constraints.append(CurvatureBound(radius, self.curvature_ramp))
         if self.back_to_surface:
             constraints.append(BackToSurface())
         if self.max_deviation_fraction is not None:
             constraints.append(DeviationBound(self.max_deviation_fraction * diagonal))
         if self.crease_angle is not None:
             constraints.append(Creases(self.crease_angle))
+        if inside is not None and self.containment != "none":
+            exact = self.containment == "exact"
+            constraints.append(Containment(inside.space.tree, inside.tolerance, exact))
         if self.labelled:
             constraints += self._constraints_on_labels()
         elif self.corrections or self.preserve_volume:
@@ -352,19 +377,46 @@ class SmoothingFilter(Filter):
         return [(output,) for output in whole.spread(results[0], keep_precision=keep)]
 
     def execute(self, *inputs: Any) -> vtkPolyData:
-        """Smooth one polydata."""
-        (source,) = inputs
+        """Smooth one polydata, inside another one if there is one."""
+        source, installation = (*inputs, None)[:2]
+        held = self.held_points(source)
+        weights = self.weights_of_steps(source, held)
+        inside = None
+        if installation is not None:
+            self.progress(0.0, "measuring distances")
+            inside = opened(source, installation, self.tolerance_fraction)
+            self.notes += inside.space.notes
+        return self.smoothed(source, held, weights, inside)
+
+    def smoothed(
+        self,
+        source: vtkPolyData,
+        held: npt.NDArray[Any] | None,
+        weights: npt.NDArray[Any] | None,
+        inside: Inside | None,
+    ) -> vtkPolyData:
+        """Return `source` smoothed, and keep the report.
+
+        Parameters
+        ----------
+        source : vtkPolyData
+        held : (n,) array, optional
+            Nonzero at points that must not move.
+        weights : (n,) array, optional
+            The part of each step that a point takes.
+        inside : Inside, optional
+            The same mesh with the space that it is in.
+        """
         given, names = with_labels(source, surface_of(source), labels_name(source, self.boundary_labels))
         self.labelled = given.face_labels is not None
-        mesh = given.with_points(given.points - self.origin) if np.any(self.origin) else given
+        mesh = given if inside is None else given.with_points(inside.mesh.points)
+        origin = None if inside is None else inside.space.origin
         diagonal = mesh.diagonal
         self.read_arrays(source)
-        held = self.held_points(source)
-        self._weights = self.weights_of_steps(source, held)
         points, report = loop.smooth(
             mesh,
             self.make_scheme(),
-            self.make_constraints(diagonal),
+            self.make_constraints(diagonal, weights, inside),
             iterations=self.iterations,
             fixed=held,
             max_displacement=self._point_array(source, "max_displacement"),
@@ -377,20 +429,16 @@ class SmoothingFilter(Filter):
             raise VtksmoothError(
                 "The scheme diverged: points left the finite numbers; lower the relaxation factor."
             )
-        if given is not mesh:
-            points = np.where(points == mesh.points, given.points, points + self.origin)
+        if origin is not None and origin.any():
+            points = np.where(points == mesh.points, given.points, points + origin)
         rounded = self._in_output_precision(points, points_of(source).dtype)
         if len(names):
             report.label_volumes = tuple(
                 (int(names[number]), before, after) for number, before, after in report.label_volumes
             )
         if report.volume is not None:
-            report = replace(
-                report,
-                volume_rounded=comparison.signed_volume(
-                    mesh.with_points(rounded.astype(np.float64) - self.origin)
-                ),
-            )
+            written = mesh.with_points(rounded.astype(np.float64) - (0.0 if origin is None else origin))
+            report = replace(report, volume_rounded=comparison.signed_volume(written))
         if self.whole is not None:
             report = replace(report, merged_points=self.whole.merged_points)
         output = output_like(source)

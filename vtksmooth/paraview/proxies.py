@@ -131,7 +131,7 @@ def definition(cls: type[Filter]) -> str:
     text = re.split(r"\n *(?:Parameters|Attributes|Guarantees|Examples)\n", cls.__doc__ or "")[0]
     text = " ".join(text.replace("``", "").split())
     SubElement(root, "Documentation", short_help=text.partition(". ")[0].rstrip(".") + ".").text = text
-    for port, name in enumerate(cls.inputs):
+    for port, name in enumerate(cls.every_input()):
         _add_input(root, cls, port, name)
     for parameter in cls.parameters().values():
         _add_parameter(root, cls, parameter)
@@ -142,8 +142,8 @@ def definition(cls: type[Filter]) -> str:
 
 
 def input_name(cls: type[Filter], port: int) -> str:
-    """Return the name of an input's property: ParaView calls the only one Input."""
-    return cls.inputs[port].capitalize() if len(cls.inputs) > 1 else "Input"
+    """Return the name of an input's property: ParaView calls the only one that is needed Input."""
+    return "Input" if port == 0 and len(cls.inputs) == 1 else cls.every_input()[port].capitalize()
 
 
 def _add_input(root: Any, cls: type[Filter], port: int, name: str) -> None:
@@ -158,6 +158,8 @@ def _add_input(root: Any, cls: type[Filter], port: int, name: str) -> None:
     SubElement(types, "DataType", value="vtkPolyData")
     SubElement(element, "InputArrayDomain", name="point_arrays", attribute_type="point", optional="1")
     SubElement(element, "Documentation").text = f"The {name}: polygonal data."
+    if name in cls.optional_inputs:
+        SubElement(SubElement(element, "Hints"), "Optional")
 
 
 def _add_parameter(root: Any, cls: type[Filter], parameter: Parameter) -> None:

@@ -171,18 +171,18 @@ def _test(points, p, q, r, far, known, tree, normals, faces, first, last, tolera
 def stars_may_go(guard, points, i, j, room, new):
     """Return whether no triangle round i and j crosses as they are in `points`; -1 stands for no vertex.
 
-    The vertices must have been allowed to be there by :func:`may_go`. `room` is
-    :func:`~vtksmooth.kernels.containment.crossings.scratch`. Returns too how many triangles were put into
-    `new` (:func:`pending`), those whose planes are others now or that have none; :func:`settle` makes that
-    known, if the vertices go. The slack is then that of the new places: whoever leaves the vertices where
-    they were puts the old one back.
+    Those that crossed at the start may go on crossing. The vertices must have been allowed to be there by
+    :func:`may_go`. `room` is :func:`~vtksmooth.kernels.containment.crossings.scratch`. Returns too how many
+    triangles were put into `new` (:func:`pending`), those whose planes are others now or that have none;
+    :func:`settle` makes that known, if the vertices go. The slack is then that of the new places: whoever
+    leaves the vertices where they were puts the old one back.
     """
     # Each use of a tuple of arrays takes the compiler as long as one of each of its arrays.
     kept = guard.separation
     known, slack, tolerance = guard.known, guard.slack, guard.tolerance
     tree, normals, faces, first, last = guard.tree, guard.normals, kept.faces, kept.first, kept.last
     offsets, corners, triangles, row = kept.corner_offsets, kept.corners, kept.triangles, kept.row
-    lost, held, planes = kept.lost, kept.held, kept.planes
+    lost, held, planes, may_cross = kept.lost, kept.held, kept.planes, kept.crossing
     other, other_held, other_planes = new
     left_i = _left(kept, points, i) if i >= 0 else np.inf
     left_j = _left(kept, points, j) if j >= 0 else np.inf
@@ -221,7 +221,7 @@ def stars_may_go(guard, points, i, j, room, new):
                         points, p, q, r, far, known, tree, normals, faces, begin, end_, tolerance, room,
                         other_planes, count,
                     )  # fmt: skip
-                    if crossing:
+                    if crossing and not may_cross[t]:
                         return False, count
                     those = other_planes
                     at = count

@@ -43,6 +43,8 @@ class Separation(NamedTuple):
     triangles : (t, 3) int32
     corner_offsets, corners : int32
         Of :class:`~vtksmooth.kernels.mesh.adjacency.Adjacency`.
+    crossing : (t,) bool
+        Triangles that may cross, for they did at the start.
     anchor : (n, 3) float64
     reach : (n,) float64
         The faces near are known as long as each vertex is no farther from its anchor.
@@ -66,6 +68,7 @@ class Separation(NamedTuple):
     triangles: Int32
     corner_offsets: Int32
     corners: Int32
+    crossing: npt.NDArray[np.bool_]
     anchor: Float64
     reach: Float64
     lost: npt.NDArray[np.uint8]
@@ -263,20 +266,24 @@ def _round(vertices, corner_offsets, corners, slack, triangles, chosen):
                 slack[triangles[t, corner]] = 0.0
 
 
-def nothing_known(triangles: Int32, corner_offsets: Int32, corners: Int32) -> Separation:
+def nothing_known(
+    triangles: Int32, corner_offsets: Int32, corners: Int32, crossing: npt.NDArray[np.bool_]
+) -> Separation:
     """Return the beginning: all vertices are to be looked at."""
     n = len(corner_offsets) - 1
     return Separation(
-        triangles, corner_offsets, corners, np.zeros((n, 3)), np.full(n, np.nan), np.zeros(n, np.uint8),
-        np.full(len(triangles), FREE, np.int32), np.empty(0, np.int64), np.empty(0, np.int64),
-        np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, PLANES, 6)), 0, 0,
+        triangles, corner_offsets, corners, crossing, np.zeros((n, 3)), np.full(n, np.nan),
+        np.zeros(n, np.uint8), np.full(len(triangles), FREE, np.int32), np.empty(0, np.int64),
+        np.empty(0, np.int64), np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, PLANES, 6)), 0, 0,
         int(np.diff(corner_offsets).max(initial=0)),
     )  # fmt: skip
 
 
 def no_triangles() -> Separation:
     """Return what stands for no triangles at all."""
-    return nothing_known(np.empty((0, 3), np.int32), np.zeros(1, np.int32), np.empty(0, np.int32))
+    return nothing_known(
+        np.empty((0, 3), np.int32), np.zeros(1, np.int32), np.empty(0, np.int32), np.empty(0, bool)
+    )
 
 
 def refreshed(

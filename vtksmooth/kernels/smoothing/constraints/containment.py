@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ....errors import InvalidMeshError
 from ....jit import parallel
 from ....jit.compiled import kernel
+from ....report import RunReport
 from ...containment import nearby_faces, separating_planes
-from ...containment.crossings import LIFT, scratch
+from ...containment.crossings import LIFT, crossing_triangles, scratch
 from ...containment.safe_moves import guard_of, pending, room_at, settle, stars_may_go
 from ...distance.signed_distance import SignedDistanceTree
 from ..run_state import State
 from . import Constraint, Float64, Int64
+
+#: Shortest part of a step that is tried where the whole is not allowed, and most trials: they find the
+#: largest part to less than the shortest.
+_SHORTEST, _TRIALS = 1.0 / 16.0, 6
 
 
 @kernel
@@ -21,38 +27,61 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):
     new = pending(guard)
     checked = 0
     asked = 0
+    old = np.empty(3)
+    wish = np.empty(3)
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
-            x = points[v, 0]
-            y = points[v, 1]
-            z = points[v, 2]
-            if pinned[v] or (proposed[v, 0] == x and proposed[v, 1] == y and proposed[v, 2] == z):
+            still = True
+            for axis in range(3):
+                old[axis] = points[v, axis]
+                wish[axis] = proposed[v, axis]
+                still = still and wish[axis] == old[axis]
+            if pinned[v] or still:
                 continue
             checked += 1
-            # Not by the slack: that is of the place tried last, and others may have shortened that step.
-            within, queries = room_at(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], room[0])
-            good = within >= 0.0
-            if good and guard.exact:
-                # Neighbours stand still: the vertex may be tried out where it wants to go.
+            allowed = 0.0
+            beyond = 1.0
+            share = 1.0
+            for _ in range(_TRIALS):
                 for axis in range(3):
-                    points[v, axis] = proposed[v, axis]
-                good, count = stars_may_go(guard, points, v, -1, room, new)
+                    proposed[v, axis] = wish[axis]
+                    if share < 1.0:
+                        proposed[v, axis] = old[axis] + share * (wish[axis] - old[axis])
+                # Not by the slack: that is of the place tried last, and others may have shortened that step.
+                within, queries = room_at(guard, v, proposed[v, 0], proposed[v, 1], proposed[v, 2], room[0])
+                asked += queries
+                good = within >= 0.0
+                if good and guard.exact:
+                    # Neighbours stand still: the vertex may be tried out where it wants to go.
+                    for axis in range(3):
+                        points[v, axis] = proposed[v, axis]
+                    good, count = stars_may_go(guard, points, v, -1, room, new)
+                    if good:
+                        settle(guard.separation, points, v, -1, new, count)
+                    for axis in range(3):
+                        points[v, axis] = old[axis]
                 if good:
-                    settle(guard.separation, points, v, -1, new, count)
-                points[v, 0] = x
-                points[v, 1] = y
-                points[v, 2] = z
-            asked += queries
-            if not good:
-                proposed[v, 0] = x
-                proposed[v, 1] = y
-                proposed[v, 2] = z
+                    allowed = share
+                elif share < 1.0 and allowed == 0.0:
+                    break
+                else:
+                    beyond = share
+                if allowed == 1.0:
+                    break
+                share = 0.5 * (allowed + beyond) if allowed > 0.0 else _SHORTEST
+            if allowed < 1.0:
+                for axis in range(3):
+                    proposed[v, axis] = old[axis]
+                    if allowed > 0.0:
+                        proposed[v, axis] += allowed * (wish[axis] - old[axis])
     return checked, asked
 
 
 class Containment(Constraint):
-    """Moves that would carry a vertex out of a space are discarded (installation-space paper, section 6).
+    """Moves that would carry a vertex out of a space end before (installation-space paper, section 6).
 
+    Of such a move the largest part is taken that is allowed, to a sixteenth of it; operations on edges are
+    discarded, which must be done as a whole.
     Vertices that are outside at the start stay no farther outside than they were.
 
     Parameters
@@ -62,8 +91,8 @@ class Containment(Constraint):
     tolerance : float
         How far outside still counts as inside, model units.
     exact : bool
-        Also discard moves that would make a triangle cross the surface: at a concave edge of the space a
-        triangle may, although its corners are inside. For triangles only.
+        Nor may a move make a triangle cross the surface that did not at the start: at a concave edge of the
+        space a triangle may, although its corners are inside. For triangles only.
 
     Attributes
     ----------
@@ -85,18 +114,18 @@ class Containment(Constraint):
     def bind(self, state: State) -> None:
         if self.exact and not state.topology.only_triangles:
             raise InvalidMeshError(
-                "Exact containment needs triangles; triangulate the polygons first (ValenceTriangulation)."
+                "Exact containment needs triangles; triangulate the polygons first (ValenceTriangulation), "
+                "or contain vertices only (containment='vertices')."
             )
-        used = np.diff(state.near.corner_offsets) > 0
-        distance = np.zeros(len(state.points))
-        distance[used] = self.space(state.points[used])
+        distance = self._distances(state, state.points)
         near, triangles, self.limit = state.near, None, self.tolerance
         if self.exact:
             # As far as separating planes allow: between that and the tolerance every triangle needs a test.
             self.limit *= separating_planes.BEFORE * LIFT
             triangles = separating_planes.nothing_known(
-                state.topology.connectivity.reshape(-1, 3), near.corner_offsets, near.corners
-            )
+                self._triangles(state), near.corner_offsets, near.corners,
+                self._crossing(state, state.points, distance),
+            )  # fmt: skip
         self.guard = guard_of(
             self.space, np.column_stack((state.points, distance)), np.maximum(self.limit, distance),
             self.tolerance, separation=triangles,
@@ -136,9 +165,32 @@ class Containment(Constraint):
         for checked, asked in results:
             self.count(checked, asked)
 
+    def tell(self, report: RunReport) -> None:
+        report.moves_checked, report.distances_asked = self.checked, self.asked
+
     def check(self, state: State) -> str:
-        used = np.diff(state.near.corner_offsets) > 0
-        before = self.space(state.original.points[used])
-        after = self.space(state.points[used])
+        original = state.original.points
+        before, after = self._distances(state, original), self._distances(state, state.points)
         left = after > np.maximum(before, self.tolerance) * (1.0 + 1e-9)
-        return f"{int(left.sum())} vertices left the space" if left.any() else ""
+        if left.any():
+            return f"{int(left.sum())} vertices left the space"
+        if not self.exact:
+            return ""
+        crossing = self._crossing(state, state.points, after) & ~self._crossing(state, original, before)
+        return f"{int(crossing.sum())} triangles cross that did not" if crossing.any() else ""
+
+    def _distances(self, state: State, points: Float64) -> Float64:
+        """Return the signed distances (n,) of `points`, 0 for those that no face uses."""
+        used = np.diff(state.near.corner_offsets) > 0
+        distances = np.zeros(len(points))
+        distances[used] = self.space(points[used])
+        return distances
+
+    @staticmethod
+    def _triangles(state: State) -> npt.NDArray[np.int32]:
+        return state.topology.connectivity.reshape(-1, 3)
+
+    def _crossing(self, state: State, points: Float64, distances: Float64) -> npt.NDArray[np.bool_]:
+        return crossing_triangles(
+            points, self._triangles(state), self.space.surface, distances, self.tolerance
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....report import RunReport
 from ...measures.curvature import mean_curvatures, radius_by_noise
 from ..run_state import State
 from .damping import Damping
@@ -48,3 +49,6 @@ class CurvatureBound(Damping):
                 self.damping = np.clip((bend - 1.0) / self.ramp, 0.0, 1.0)
         else:
             self.damping = (bend > 1.0).astype(np.float64)
+
+    def tell(self, report: RunReport) -> None:
+        report.curvature_radius = self.radius
