@@ -115,6 +115,12 @@ True
 >>> float(check["SignedDistance"].max()), int(check.field_data["TrianglesCrossing"][0])
 (0.25, 8)
 """,
+    "self_intersection": """
+>>> pair = pv.Cube() + pv.Cube(x_length=0.5, y_length=0.5, z_length=1.5)
+>>> check = pair.vtksmooth.self_intersection()
+>>> int(check.field_data["CrossingPairs"][0]), check["SelfIntersection"].tolist()
+(8, [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0, 0])
+""",
 }
 
 

@@ -49,6 +49,7 @@ COMMANDS = {
     "regions": "tell the parts that lie on the installation space from the free ones",
     "installation-space": "smooth a flow volume inside its installation space, volume kept",
     "containment": "count what of a mesh is outside its installation space",
+    "self-intersection": "find faces that cross or touch others",
     "gui": "open meshes in the desktop app",
     "warm-up": "compile all kernels now, so that no later run waits",
 }

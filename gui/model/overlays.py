@@ -10,7 +10,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersGeneral import vtkCurvatures
 
-from vtksmooth.filters import FILTERS, Filter, SurfaceComparison, SurfaceQuality
+from vtksmooth.filters import FILTERS, Filter, SelfIntersection, SurfaceComparison, SurfaceQuality
 from vtksmooth.filters.smoothing import ADDED_EDGES, REMOVED_EDGES
 from vtksmooth.filters.surface_quality import faces_with_area, summary_of
 from vtksmooth.kernels.measures import aspect_ratio
@@ -168,6 +168,11 @@ OVERLAYS: tuple[Overlay, ...] = (
         "", "space", (-0.01, -0.002, 1e-5), True, kind="diverging",
     ),
     Overlay(
+        "self-intersection", "Self-intersection", "SelfIntersection", "self-intersection",
+        "Faces that cross another face, or touch one beyond common vertices and edges.",
+        kind="classes", classes=("apart", "touching", "crossing"),
+    ),
+    Overlay(
         "mean-curvature", "Mean curvature", "Mean_Curvature", "curvature",
         "Mean curvature at the points, 1 / length.",
         kind="diverging", power=-1,
@@ -293,6 +298,11 @@ def _containment(subject: Subject, run: Run) -> dict[str, Field]:
     return _fields(subject.state, check.GetOutput(), ["SignedDistance"])
 
 
+def _self_intersection(subject: Subject, run: Run) -> dict[str, Field]:
+    filter = run(SelfIntersection(), subject.state.input())
+    return _fields(subject.state, filter.GetOutput(), ["SelfIntersection"])
+
+
 def _curvature(subject: Subject, run: Run) -> dict[str, Field]:
     curvatures = vtkCurvatures()
     curvatures.SetCurvatureTypeToMean()
@@ -323,6 +333,7 @@ SOURCES: dict[str, Callable[[Subject, Run], dict[str, Field]]] = {
     "array": _array,
     "regions": _regions,
     "containment": _containment,
+    "self-intersection": _self_intersection,
     "curvature": _curvature,
     "difference": _difference,
 }

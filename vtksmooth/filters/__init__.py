@@ -15,6 +15,7 @@ from .null_space_smoothing import NullSpaceSmoothing
 from .parameter import Parameter
 from .region_marking import RegionMarking
 from .segmentation_surface import SegmentationSurface
+from .self_intersection import SelfIntersection
 from .smoothing import SmoothingFilter
 from .surface_comparison import SurfaceComparison
 from .surface_quality import SurfaceQuality
@@ -37,6 +38,7 @@ FILTERS: tuple[type[Filter], ...] = (
     InstallationSpaceRegions,
     InstallationSpaceSmoothing,
     ContainmentCheck,
+    SelfIntersection,
 )
 
 #: Filters that make a surface of an image.
@@ -59,6 +61,7 @@ __all__ = [
     "Parameter",
     "RegionMarking",
     "SegmentationSurface",
+    "SelfIntersection",
     "SmoothingFilter",
     "SurfaceComparison",
     "SurfaceQuality",

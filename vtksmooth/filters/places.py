@@ -149,6 +149,11 @@ class Joined:
         """The block of each face of the polydata."""
         return np.asarray(self._owner[self._faces])
 
+    @property
+    def cell_of_faces(self) -> Int64:
+        """The cell of its block that each face of the polydata is, or is part of."""
+        return np.asarray(self._cell[self._faces])
+
     def places_of(self, block: int, points: Int64) -> Int64:
         """Return the places of points that are numbered as in a block."""
         places: Int64 = self.place[self.starts[block] + points]
