@@ -24,8 +24,8 @@ class SelfIntersection(Filter):
     """Find the faces of a mesh that cross or touch each other.
 
     Adds the cell array ``SelfIntersection`` (uint8): 2 for faces that cross another one, 1 for those that
-    only touch one, 0 for all others. Adds the field arrays ``CrossingCells`` and ``TouchingCells`` (int64, two
-    components): the numbers of the cells of each pair. Two faces cross if their interiors share a point, in
+    only touch one, 0 for all others. Adds the field arrays ``CrossingCells`` and ``TouchingCells`` (int64,
+    two components): the numbers of the cells of each pair. Two faces cross if their interiors share a point, in
     one plane too: faces that cover each other cross. They touch if they share points beyond their common
     vertices and edges, but none of the interiors. Polygons count as the triangles that ValenceTriangulation
     makes of them. Triangles of one polygon are not compared.
