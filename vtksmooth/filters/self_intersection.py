@@ -25,15 +25,16 @@ class SelfIntersection(Filter):
 
     Adds the cell array ``SelfIntersection`` (uint8): 2 for faces that cross another one, 1 for those that
     only touch one, 0 for all others. Adds the field arrays ``CrossingCells`` and ``TouchingCells`` (int64,
-    two components): the numbers of the cells of each pair. Two faces cross if their interiors share a point, in
-    one plane too: faces that cover each other cross. They touch if they share points beyond their common
+    two components): the numbers of the cells of each pair. Two faces cross if their interiors share a point,
+    in one plane too: faces that cover each other cross. They touch if they share points beyond their common
     vertices and edges, but none of the interiors. Polygons count as the triangles that ValenceTriangulation
     makes of them. Triangles of one polygon are not compared.
 
     Guarantees
     ----------
-    The result is exact for the coordinates as they are: signs that rounding leaves open are computed in exact
-    arithmetic. There is no tolerance. The result does not depend on the number of threads.
+    The result is exact for the coordinates as they are (other than 0 and above 1e-90 of the largest): signs
+    that rounding leaves open are computed in exact arithmetic. There is no tolerance. The number of threads
+    does not matter.
 
     Not guaranteed: anything about faces without area. They are counted, and belong to no pair.
 
