@@ -12,7 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
-from .files import numerals
+from .files import corners, numerals, shortest
 from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing, SegmentationSurface
 from .filters.arrays import surface_of, vtk_array
 from .filters.smoothing import FIXED
@@ -195,7 +195,11 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
         LaplacianSmoothing()(space)  # points of boxes are there once for each face: several in one place
         _smooth_labels(size)
         _pick(surface_of(meshes[0]).mesh)
-        numerals.parsed(b"0")  # of large text files
+        # Of large text files.
+        numerals.parsed(b"0")
+        shortest.table_lines(b"v", np.zeros((1, 3)))
+        corners.write(b"f", np.array([3]), np.arange(1, 10).reshape(3, 3))
+        corners.read(b"1 2 3\n")
     if progress:
         progress(1.0, "done")
     return len(compiled)

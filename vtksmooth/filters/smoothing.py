@@ -279,7 +279,7 @@ class SmoothingFilter(Filter):
     def make_constraints(
         self, diagonal: float, weights: npt.NDArray[Any] | None, inside: Inside | None
     ) -> list[Constraint]:
-        """Return the constraints that dispose, in any order; see :meth:`smoothed`."""
+        """Return the constraints that dispose, in any order; see ``smoothed``."""
         constraints: list[Constraint] = []
         # What steps off the surface are to remove, local corrections would give back: noise with it.
         tangential = (
