@@ -111,12 +111,13 @@ class Document:
     ) -> tuple[recipe.Step, dict[Source, State]]:
         """Return a filter as a step of the recipe of `layer`, and the meshes of its `further` inputs.
 
-        None is an optional input that is none.
+        None is an optional input that is none; those at the end may be missing.
         """
         assert layer.state is not None
         taken: dict[Source, State] = {recipe.ORIGINAL: layer.opened, **layer.state.sources}
         inputs: dict[str, Source] = {}
-        for name, state in zip(cls.every_input()[1:], further, strict=True):
+        given = [*further, *[None] * (len(cls.every_input()) - 1 - len(further))]
+        for name, state in zip(cls.every_input()[1:], given, strict=True):
             if state is not None:
                 inputs[name] = self.source(state, taken)
                 taken[inputs[name]] = state

@@ -72,8 +72,8 @@ class SegmentationSurface(Filter):
     0
     >>> segmentation = SegmentationSurface()
     >>> surface = segmentation(image)
-    >>> [(each.label, each.volume_before, round(each.volume, 12)) for each in segmentation.report.labels]
-    [(1, 32.0, 32.0), (2, 32.0, 32.0)]
+    >>> [(each.label, each.voxels, round(each.volume, 12)) for each in segmentation.report.labels]
+    [(1, 32, 32.0), (2, 32, 32.0)]
     """
 
     command = "segmentation"

@@ -51,10 +51,11 @@ class SelfIntersection(Filter):
     >>> from vtkmodules.vtkFiltersCore import vtkAppendPolyData
     >>> from vtkmodules.vtkFiltersSources import vtkCubeSource
     >>> from vtksmooth import SelfIntersection
+    >>> cube, bar = vtkCubeSource(), vtkCubeSource(x_length=0.5, y_length=0.5, z_length=1.5)
     >>> both = vtkAppendPolyData()
-    >>> both.AddInputConnection(vtkCubeSource().GetOutputPort())
-    >>> both.AddInputConnection(vtkCubeSource(x_length=0.5, y_length=0.5, z_length=1.5).GetOutputPort())
-    >>> both.Update()
+    >>> both.AddInputConnection(cube.GetOutputPort())
+    >>> both.AddInputConnection(bar.GetOutputPort())
+    >>> _ = both.Update()
     >>> check = SelfIntersection()
     >>> result = check(both.GetOutput())
     >>> check.summary["crossing_pairs"], check.summary["crossing_faces"]

@@ -86,7 +86,7 @@ class SurfaceQuality(Filter):
     >>> _ = plane.Update()
     >>> quality = SurfaceQuality()
     >>> result = quality(plane.GetOutput())
-    >>> aspect_ratio.summary["cells"]["quad"], round(aspect_ratio.summary["aspect_ratio"]["min"], 12)
+    >>> quality.summary["cells"]["quad"], round(quality.summary["aspect_ratio"]["min"], 12)
     (1, 1.0)
     """
 
