@@ -135,8 +135,8 @@ class State:
 
 def measured(result: pv.PolyData, original: pv.PolyData) -> State:
     """Compare a mesh with its original."""
-    comparison = SurfaceComparison()
-    output = pv.wrap(comparison(result, original))
+    differences = SurfaceComparison()
+    output = pv.wrap(differences(result, original))
     before, after = surface_of(original).mesh, surface_of(result).mesh
     near = adjacency.build(before)
     ends, faces = adjacency.edges(near)
@@ -147,8 +147,8 @@ def measured(result: pv.PolyData, original: pv.PolyData) -> State:
     extent = np.ptp(before.points, axis=0)
     # The lids of a surface that is no container may enclose next to nothing: no measure to divide by.
     whole = whole if whole > 1e-3 * extent.prod() else 0.0
-    volume = 100.0 * abs(comparison.summary["swept_volume"]) / whole if whole else None
-    return State(output, comparison.summary, (float(nodes.max()), float(nodes.mean())), volume)
+    volume = 100.0 * abs(differences.summary["swept_volume"]) / whole if whole else None
+    return State(output, differences.summary, (float(nodes.max()), float(nodes.mean())), volume)
 
 
 def _closed_volume(mesh: Mesh, near: adjacency.Adjacency) -> float:
