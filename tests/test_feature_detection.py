@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 from vtksmooth import FeatureDetection, ParameterError
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface, write_surface
+from vtksmooth.kernels.features.detection import detect as find_features
 from vtksmooth.kernels.mesh import adjacency
 
 
@@ -26,7 +27,7 @@ def detect(mesh, **parameters):
 def test_cube():
     mesh = meshes.cube(3)
     detection, result, lines = detect(mesh)
-    found = detection.detect(mesh, adjacency.build(mesh))
+    found = find_features(mesh, adjacency.build(mesh))
     np.testing.assert_array_equal(result["FeatureClass"], found.classes)
     np.testing.assert_array_equal(result["RidgeNeighbours"], found.ridge_ring)
     assert result["FeatureClass"].dtype == np.uint8

@@ -145,6 +145,12 @@ class NullSpaceSmoothing(SmoothingFilter):
         self._flux = None
         if self.flux is None:
             return
+        exact = self._given("installation") is not None and self.containment == "exact"
+        if self.gate != "none" or self.crease_angle is not None or exact:
+            raise ParameterError(
+                "A flux takes steps of all points at the same time: set the gate to none, and leave out the "
+                "bound on creases and exact containment."
+            )
         surface = surface_of(source)
         volumes = flux_at_faces(source, self.flux, surface) * np.linalg.norm(
             area_vectors(surface.mesh), axis=1

@@ -14,7 +14,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkMultiBlockDataSet,
     vtkPolyData,
 )
-from vtkmodules.vtkFiltersCore import vtkSurfaceNets3D
 
 from ..errors import InvalidMeshError, ParameterError
 from ..kernels.mesh.labels import labelled
@@ -201,6 +200,8 @@ class SegmentationSurface(Filter):
             np.uint8 if len(names) < 255 else np.uint16 if len(names) < most else np.float64
         )
         image.GetPointData().SetScalars(vtk_array(values.ravel(order="F"), "Labels"))
+        from vtkmodules.vtkFiltersCore import vtkSurfaceNets3D  # older than VTK 9.3 has none
+
         nets = vtkSurfaceNets3D()
         nets.SetInputData(image)
         nets.SmoothingOff()

@@ -389,11 +389,8 @@ class LocalVolume(Constraint):
         self._confined = np.zeros(n, np.uint8) if state.confined is None else state.confined
         slide = (self._confined != 0) | (state.near.kinds == BOUNDARY)
         self.closes = self.uniform and bool((slide & (state.pinned == 0)).any())
-        if len(self.flux) and self.uniform and (state.in_place or self.closes):
-            raise ParameterError(
-                "A flux takes steps of all points at the same time, and lines that stay: set the gate to "
-                "none and the boundary to fixed, and leave out the bound on creases and exact containment."
-            )
+        if len(self.flux) and self.closes:
+            raise ParameterError("A flux takes boundaries that stay: set the boundary to fixed.")
         if self.closes or not state.in_place:
             self._swept = np.empty(len(state.topology.connectivity))
             self._residual, self._answer = np.empty(n), np.empty(n)
