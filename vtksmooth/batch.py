@@ -113,7 +113,7 @@ def plan(
 
     Examples
     --------
-    >>> [job.target.name for job in plan([Path("a/part.ply"), Path("b/part.glb")], Path("out"))]
+    >>> [job.target.name for job in plan([Path("a/part.ply"), Path("b/part.gltf")], Path("out"))]
     ['part.ply', 'part-2.vtp']
     """
     if extension is not None and extension not in WRITABLE:
