@@ -43,6 +43,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.smoothing.phases import Disposal
@@ -64,6 +65,7 @@ _PHASES = {
     Phase.LIMIT: "shortens steps",
     Phase.CONSERVE: "corrects steps",
     Phase.JUDGE: "accepts or refuses steps",
+    Phase.LOOK: "takes steps back",
 }
 
 
@@ -110,6 +112,7 @@ CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
     "exact space": lambda mesh, random: Containment(_space(mesh), 1e-9 * mesh.diagonal, exact=True),
     "no inversion": lambda mesh, random: NoInversion(),
     "volume": lambda mesh, random: LocalVolume(int(random.integers(0, 3))),
+    "self-intersection": lambda mesh, random: NoNewSelfIntersections(),
     "gate": lambda mesh, random: Gate(str(random.choice(["aspect", "floor", "angle"]))),
 }
 

@@ -28,6 +28,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
@@ -68,6 +69,7 @@ CONSTRAINTS = {
     "angle gate": lambda mesh: Gate("angle"),
     "aspect gate": lambda mesh: Gate("aspect"),
     "floor gate": lambda mesh: Gate("floor"),
+    "no self-intersection": lambda mesh: NoNewSelfIntersections(),
 }
 
 #: What one filter cannot ask for: two ways of one parameter.

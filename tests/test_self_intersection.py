@@ -4,6 +4,7 @@ import os
 from fractions import Fraction
 from pathlib import Path
 
+import meshes
 import numpy as np
 import pytest
 import pyvista as pv
@@ -13,8 +14,10 @@ from vtksmooth.kernels.containment.self_intersection import (
     APART,
     CROSSING,
     TOUCHING,
-    self_intersections,
+    SelfIntersections,
 )
+from vtksmooth.kernels.mesh import adjacency
+from vtksmooth.kernels.mesh.mesh import Mesh
 
 DATA = Path(os.environ.get("VTKSMOOTH_DATA", "nowhere"))
 
@@ -97,9 +100,11 @@ def expected(points, triangles):
 
 
 def found(points, triangles):
-    pairs, levels, degenerate = self_intersections(
-        np.ascontiguousarray(points, np.float64), triangles, np.arange(len(triangles), dtype=np.int32)
-    )
+    points = np.ascontiguousarray(points, np.float64)
+    mesh = Mesh.from_faces(points, triangles)
+    looked = SelfIntersections(mesh, adjacency.build(mesh))
+    pairs, levels, degenerate = looked.find(points)
+    np.testing.assert_array_equal(looked.levels(points, pairs), levels)
     return dict(zip(map(tuple, pairs.tolist()), levels.tolist(), strict=True)), len(degenerate)
 
 
@@ -195,6 +200,29 @@ def test_real_meshes(name):
             if f != g and proper[f] and proper[g]:
                 wanted = level_of(points, triangles[f].tolist(), triangles[g].tolist())
                 assert pairs.get((min(f, g), max(f, g)), APART) == wanted, (f, g)
+
+
+def as_dictionary(pairs, levels, _):
+    return dict(zip(map(tuple, pairs.tolist()), levels.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.4, 0.8])
+@pytest.mark.parametrize("make", [lambda: meshes.icosphere(3), lambda: meshes.sheet(20, 20), meshes.moebius])
+def test_fans_are_told_from_crumpled_ones(make, noise):
+    mesh = make()
+    edge = np.linalg.norm(
+        np.diff(mesh.points[mesh.connectivity.reshape(-1, 3)[:, :2]], axis=1), axis=2
+    ).mean()
+    random = np.random.default_rng(7)
+    looked, anew = SelfIntersections(mesh, adjacency.build(mesh)), SelfIntersections(mesh)
+    for _ in range(4):
+        points = mesh.points + noise * edge * random.normal(size=mesh.points.shape)
+        all_pairs = as_dictionary(*anew.find(points))
+        assert as_dictionary(*looked.find(points)) == all_pairs
+        asked = random.random(mesh.n_faces) < 0.2
+        some = {pair: what for pair, what in all_pairs.items() if asked[list(pair)].any()}
+        assert as_dictionary(*looked.find(points, asked)) == some
+    assert (noise < 0.4) or all_pairs
 
 
 # -- the filter ----------------------------------------------------------------------------------------

@@ -354,6 +354,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'ignore',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -421,6 +422,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'ignore'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -492,6 +495,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'ignore',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -573,6 +577,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'ignore'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -626,7 +632,8 @@ class VtksmoothAccessor:
         of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
         Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
         below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
-        With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
+        With ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are
+        written, and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
         shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
 
         Examples
@@ -667,6 +674,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'ignore',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -733,6 +741,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'ignore'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -800,6 +810,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'ignore',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -866,6 +877,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'ignore'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -934,6 +947,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'none-new',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -1003,6 +1017,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'none-new'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1036,7 +1052,7 @@ class VtksmoothAccessor:
         With the default gate, before the output's points are rounded to single precision: no iteration makes
         more faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below
         that, at all; both against the input's directions. Edges with a dihedral angle above ``crease_angle``
-        stay above it. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
+        stay above it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
         keep their bits. Fixed points keep their bits. Topology is the input's. The result does not depend on
         the number of threads.
 
@@ -1080,6 +1096,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'ignore',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -1150,6 +1167,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'ignore'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1322,6 +1341,7 @@ class VtksmoothAccessor:
         tolerance_fraction: float = 1e-06,
         curvature_radius: float | Literal['auto'] | None = 'auto',
         curvature_ramp: float = 0.0,
+        self_intersection: Literal['ignore', 'none-new'] = 'none-new',
         stop_normal_deviation: float | None = None,
         stop_dihedral_change: float | None = None,
         stop_deviation_fraction: float | None = None,
@@ -1401,6 +1421,8 @@ class VtksmoothAccessor:
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
             Steps grow from nothing to full length between 1 and 1 + this times the bound. Allowed: 0 or more. Only where curvature_radius is set.
+        self_intersection : {'ignore', 'none-new'}, default 'none-new'
+            Whether faces may come to cross or touch others that they did not at the start.
         stop_normal_deviation : float, default None
             Stop before vertex normals turn by more than this. Allowed: from 0 to 180 deg, or None (off).
         stop_dihedral_change : float, default None
@@ -1454,12 +1476,11 @@ class VtksmoothAccessor:
         Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
         ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
         outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-        Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
+        No faces cross or touch that did not, of the triangles as the output has them. Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
         or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
         Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
-        ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the
-        surface is none, as where voxels touch along an edge, do not move.
+        ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch along an edge, do not move.
 
         Examples
         --------
@@ -1535,8 +1556,9 @@ class VtksmoothAccessor:
         only touch one, 0 for all others. Adds the field arrays ``CrossingCells`` and ``TouchingCells`` (int64,
         two components): the numbers of the cells of each pair. Two faces cross if their interiors share a point,
         in one plane too: faces that cover each other cross. They touch if they share points beyond their common
-        vertices and edges, but none of the interiors. Polygons count as the triangles that ValenceTriangulation
-        makes of them. Triangles of one polygon are not compared.
+        vertices and edges, but none of the interiors. Quadrilaterals count as two triangles, cut along
+        the shorter diagonal inside, larger polygons as triangles by clipping ears; triangles of one polygon are
+        not compared.
 
         Parameters
         ----------

@@ -67,6 +67,9 @@ class RunReport:
         end: volume swept round a vertex, over its part of the area; model units.
     volume_shortened : int
         Passes in which steps were shortened, or not taken, because the volume could not be kept otherwise.
+    taken_back : int
+        Vertices whose steps were taken back in part or wholly, as faces would have crossed or touched; summed
+        over all looks.
     broken : list of str
         Promises of constraints that do not hold, where the run was asked to check; always empty, unless
         something is wrong with the program.
@@ -96,6 +99,7 @@ class RunReport:
     flux: float | None = None
     volume_residuals: tuple[float, ...] = ()
     volume_shortened: int = 0
+    taken_back: int = 0
     broken: list[str] = field(default_factory=list)
     merged_points: int = 0
     irregular: int = 0
@@ -122,13 +126,19 @@ class RunReport:
         change = f" ({figure(100.0 * (after / before - 1.0), 2, '+')} %)" if before else ""
         return f"volume {figure(before, 6)} -> {figure(after, 6)}{change}"
 
+    def _taken_back(self) -> str:
+        if not self.taken_back:
+            return ""
+        return f"{self.taken_back} steps taken back where faces would have crossed; "
+
     def __str__(self) -> str:
         reason = STOP_REASONS[self.stop_reason]
         return (
             f"{self.iterations} iterations, {self.moved} vertices moved, {self.seconds:.2f} s; "
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
-            f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; stopped because {reason}."
+            f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; "
+            f"{self._taken_back()}stopped because {reason}."
         )
 
 

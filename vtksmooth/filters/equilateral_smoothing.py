@@ -21,7 +21,7 @@ class EquilateralSmoothing(SmoothingFilter):
     With the default gate, before the output's points are rounded to single precision: no iteration makes
     more faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below
     that, at all; both against the input's directions. Edges with a dihedral angle above ``crease_angle``
-    stay above it. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
+    stay above it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
     keep their bits. Fixed points keep their bits. Topology is the input's. The result does not depend on
     the number of threads.
 
@@ -50,6 +50,7 @@ class EquilateralSmoothing(SmoothingFilter):
     features = SmoothingFilter.features.with_default("slide")
     ridge_angle = SmoothingFilter.ridge_angle.with_default(40.0)
     crease_angle = SmoothingFilter.crease_angle.with_default(40.0)
+    self_intersection = SmoothingFilter.self_intersection.with_default("none-new")
     tangent_plane = Parameter(True, "Move vertices only across the surface, not off it.", group=CONSTRAINTS)
 
     def make_scheme(self) -> Scheme:

@@ -40,12 +40,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
     ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
     outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-    Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
+    No faces cross or touch that did not, of the triangles as the output has them. Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
     or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
     Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
-    ``gate="floor"`` or `preserve_volume` is set; that the surface does not cross itself. Vertices where the
-    surface is none, as where voxels touch along an edge, do not move.
+    ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch along an edge, do not move.
 
     Attributes
     ----------
@@ -87,6 +86,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     )
     relaxation_factor = LaplacianSmoothing.relaxation_factor.with_default(1.0)
     curvature_radius = SmoothingFilter.curvature_radius.with_default(AUTO)
+    self_intersection = SmoothingFilter.self_intersection.with_default("none-new")
     contact_fraction = InstallationSpaceRegions.contact_fraction
     blend_rings = InstallationSpaceRegions.blend_rings
     containment = SmoothingFilter.containment.always()

@@ -116,7 +116,8 @@ class LaplacianSmoothing(SmoothingFilter):
     of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
     Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
     below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
-    With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
+    With ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are
+    written, and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
     shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
 
     Examples

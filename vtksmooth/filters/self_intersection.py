@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from ..kernels.containment.self_intersection import CROSSING, TOUCHING, self_intersections
-from ..kernels.mesh.triangulate import triangulate
+from ..kernels.containment.self_intersection import CROSSING, TOUCHING, SelfIntersections
 from .arrays import output_like, surface_of, vtk_array
 from .base import Filter, add_field
 from .places import Joined
@@ -27,8 +26,9 @@ class SelfIntersection(Filter):
     only touch one, 0 for all others. Adds the field arrays ``CrossingCells`` and ``TouchingCells`` (int64,
     two components): the numbers of the cells of each pair. Two faces cross if their interiors share a point,
     in one plane too: faces that cover each other cross. They touch if they share points beyond their common
-    vertices and edges, but none of the interiors. Polygons count as the triangles that ValenceTriangulation
-    makes of them. Triangles of one polygon are not compared.
+    vertices and edges, but none of the interiors. Quadrilaterals count as two triangles, cut along
+    the shorter diagonal inside, larger polygons as triangles by clipping ears; triangles of one polygon are
+    not compared.
 
     Guarantees
     ----------
@@ -80,9 +80,7 @@ class SelfIntersection(Filter):
         (source,) = inputs
         self.progress(0.0, "looking for self-intersections")
         surface = surface_of(source)
-        triangles, face = triangulate(surface.mesh)
-        self.progress(0.1)
-        pairs, levels, degenerate = self_intersections(surface.mesh.points, triangles, face)
+        pairs, levels, degenerate = SelfIntersections(surface.mesh).find(surface.mesh.points)
         self.progress(0.9)
         self._found = pairs, levels
         of_faces = np.zeros(surface.mesh.n_faces, np.uint8)

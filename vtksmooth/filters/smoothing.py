@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any, ClassVar
 
@@ -31,6 +32,7 @@ from ..kernels.smoothing.constraints.label_volumes import LabelVolumes
 from ..kernels.smoothing.constraints.local_volume import LocalVolume
 from ..kernels.smoothing.constraints.no_inversion import NoInversion
 from ..kernels.smoothing.constraints.null_space import NullSpace
+from ..kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from ..kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from ..kernels.smoothing.constraints.tangent_plane import TangentPlane
 from ..kernels.smoothing.schemes import Scheme
@@ -214,6 +216,10 @@ class SmoothingFilter(Filter):
     curvature_ramp = Parameter(
         0.0, "Steps grow from nothing to full length between 1 and 1 + this times the bound.",
         low=0.0, group=CONSTRAINTS, only={"curvature_radius": SET},
+    )  # fmt: skip
+    self_intersection = Parameter(
+        "ignore", "Whether faces may come to cross or touch others that they did not at the start.",
+        choices=("ignore", "none-new"), group=CONSTRAINTS,
     )  # fmt: skip
     stop_normal_deviation = Parameter(
         None, "Stop before vertex normals turn by more than this.",
@@ -413,10 +419,13 @@ class SmoothingFilter(Filter):
         origin = None if inside is None else inside.space.origin
         diagonal = mesh.diagonal
         self.read_arrays(source)
+        constraints = self.make_constraints(diagonal, weights, inside)
+        if self.self_intersection == "none-new":
+            constraints.append(NoNewSelfIntersections(self._written(source, origin)))
         points, report = loop.smooth(
             mesh,
             self.make_scheme(),
-            self.make_constraints(diagonal, weights, inside),
+            constraints,
             iterations=self.iterations,
             fixed=held,
             max_displacement=self._point_array(source, "max_displacement"),
@@ -450,6 +459,22 @@ class SmoothingFilter(Filter):
         add_field(output, "SmoothingSeconds", report.seconds)
         self.report = report
         return output
+
+    def _written(
+        self, source: vtkPolyData, origin: npt.NDArray[np.float64] | None
+    ) -> Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]] | None:
+        """Return what gives points as the output has them; None where that does not round them."""
+        precision = self.output_points_precision
+        single = precision == "single" or (precision == "default" and points_of(source).dtype == np.float32)
+        if not single:
+            return None
+        shift = 0.0 if origin is None else origin
+
+        def written(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            with np.errstate(over="ignore"):
+                return (points + shift).astype(np.float32).astype(np.float64)
+
+        return written
 
     def held_points(self, source: Any) -> npt.NDArray[Any] | None:
         """Return what is nonzero at points that must not move, or None.

@@ -7,6 +7,8 @@ VTK's answers.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -46,44 +48,50 @@ def triangles(mesh: Mesh) -> npt.NDArray[np.int32]:
 
 
 @kernel
-def _build(points, faces, order, centre, low, high, node_low, node_high, node):
+def _find_centres(starts, ends, points, faces, centre):
+    for part in range(starts.size):
+        for t in range(starts[part], ends[part]):
+            for axis in range(3):
+                a = points[faces[t, 0], axis]
+                b = points[faces[t, 1], axis]
+                c = points[faces[t, 2], axis]
+                centre[t, axis] = 0.5 * (min(a, min(b, c)) + max(a, max(b, c)))
+
+
+@device
+def _widest(centre, order, first, last):
+    """Return the axis along which the centres of some triangles spread most."""
+    low = (np.inf, np.inf, np.inf)
+    high = (-np.inf, -np.inf, -np.inf)
+    for k in range(first, last):
+        x = centre[order[k], 0]
+        y = centre[order[k], 1]
+        z = centre[order[k], 2]
+        low = (min(low[0], x), min(low[1], y), min(low[2], z))
+        high = (max(high[0], x), max(high[1], y), max(high[2], z))
+    axis = 0
+    widest = high[0] - low[0]
+    if high[1] - low[1] > widest:
+        axis = 1
+        widest = high[1] - low[1]
+    return 2 if high[2] - low[2] > widest else axis
+
+
+@kernel
+def _build(centre, order, node):
     # node[i] = (first triangle, last triangle, left child or -1); the right child follows the left.
-    for t in range(faces.shape[0]):
+    for t in range(order.size):
         order[t] = t
-        for axis in range(3):
-            a = points[faces[t, 0], axis]
-            b = points[faces[t, 1], axis]
-            c = points[faces[t, 2], axis]
-            low[t, axis] = min(a, min(b, c))
-            high[t, axis] = max(a, max(b, c))
-            centre[t, axis] = 0.5 * (low[t, axis] + high[t, axis])
     node[0, 0] = 0
-    node[0, 1] = faces.shape[0]
+    node[0, 1] = order.size
     nodes = 1
     i = 0
     while i < nodes:
         first = node[i, 0]
         last = node[i, 1]
-        widest = -1.0
-        split = 0
-        for axis in range(3):
-            a = np.inf
-            b = -np.inf
-            ca = np.inf
-            cb = -np.inf
-            for k in range(first, last):
-                t = order[k]
-                a = min(a, low[t, axis])
-                b = max(b, high[t, axis])
-                ca = min(ca, centre[t, axis])
-                cb = max(cb, centre[t, axis])
-            node_low[i, axis] = a
-            node_high[i, axis] = b
-            if cb - ca > widest:
-                widest = cb - ca
-                split = axis
         node[i, 2] = -1
         if last - first > LEAF:
+            split = _widest(centre, order, first, last)
             # Put the median in its place along the widest axis (Hoare's selection).
             middle = (first + last) // 2
             a = first
@@ -117,6 +125,53 @@ def _build(points, faces, order, centre, low, high, node_low, node_high, node):
             nodes += 2
         i += 1
     return nodes
+
+
+@kernel
+def _refit_leaves(starts, ends, points, faces, order, asked, node, node_low, node_high):
+    for part in range(starts.size):
+        for i in range(starts[part], ends[part]):
+            if node[i, 2] >= 0:
+                continue
+            if asked.size == 0:
+                for axis in range(3):
+                    node_low[i, axis] = np.inf
+                    node_high[i, axis] = -np.inf
+            for k in range(node[i, 0], node[i, 1]):
+                t = order[k]
+                if asked.size > 0 and not asked[t]:
+                    continue
+                for corner in range(3):
+                    for axis in range(3):
+                        node_low[i, axis] = min(node_low[i, axis], points[faces[t, corner], axis])
+                        node_high[i, axis] = max(node_high[i, axis], points[faces[t, corner], axis])
+
+
+@kernel
+def _refit_parents(node, node_low, node_high):
+    for back in range(node.shape[0]):
+        i = node.shape[0] - 1 - back  # children come after their parents
+        child = node[i, 2]
+        if child >= 0:
+            for axis in range(3):
+                node_low[i, axis] = min(node_low[child, axis], node_low[child + 1, axis])
+                node_high[i, axis] = max(node_high[child, axis], node_high[child + 1, axis])
+
+
+def refitted(
+    tree: tuple[npt.NDArray[Any], ...], points: Float64, moved: npt.NDArray[np.bool_]
+) -> tuple[npt.NDArray[Any], ...]:
+    """Return the `tree` of a :class:`ClosestPoint` with its points elsewhere; the old one is of no use then.
+
+    Parameters
+    ----------
+    moved : (t,) bool
+        Triangles that have moved: boxes grow by where these are. Empty: all have, and boxes fit them.
+    """
+    _, faces, order, low, high, node = tree
+    parallel.run(_refit_leaves, *parallel.ranges(len(node)), points, faces, order, moved, node, low, high)
+    _refit_parents(node, low, high)
+    return points, faces, order, low, high, node
 
 
 @device
@@ -329,13 +384,12 @@ class ClosestPoint:
 
     def __init__(self, mesh: Mesh) -> None:
         faces = triangles(mesh)
-        t = len(faces)
-        order = np.empty(t, np.int32)
-        boxes = [np.empty((t, 3)) for _ in range(3)]
-        size = max(1, 2 * t)
-        node_low, node_high, node = np.empty((size, 3)), np.empty((size, 3)), np.empty((size, 3), np.int32)
-        nodes = _build(mesh.points, faces, order, *boxes, node_low, node_high, node)
-        self.tree = (mesh.points, faces, order, node_low[:nodes], node_high[:nodes], node[:nodes])
+        centre, order = np.empty((len(faces), 3)), np.empty(len(faces), np.int32)
+        parallel.run(_find_centres, *parallel.ranges(len(faces)), mesh.points, faces, centre)
+        node = np.empty((max(1, 2 * len(faces)), 3), np.int32)
+        node = node[: _build(centre, order, node)]
+        boxes = np.empty((2, len(node), 3))
+        self.tree = refitted((mesh.points, faces, order, *boxes, node), mesh.points, np.empty(0, np.bool_))
 
     def query(self, queries: npt.ArrayLike) -> tuple[Float64, Float64]:
         """Return the closest points (q, 3) and their distances (q,) of (q, 3) `queries`."""

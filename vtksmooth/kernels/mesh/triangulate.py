@@ -628,6 +628,84 @@ def _prepare(points, offsets, corners, widest, new_offsets, new_corners, face):
     return m, impossible, culprit
 
 
+@kernel
+def _cut_each(points, offsets, corners, widest, triangles, face):
+    polygon = np.empty(widest, np.int32)
+    m = 0
+    for f in range(offsets.size - 1):
+        first = offsets[f]
+        size = offsets[f + 1] - first
+        for c in range(size):
+            polygon[c] = corners[first + c]
+        ears = triangles[m:]
+        count = size - 2
+        if size == 4:
+            p, q, r, s = polygon[0], polygon[1], polygon[2], polygon[3]
+            nx, ny, nz = _unit_normal(points, polygon, 0, 4)
+            one = _good(points, p, q, r, nx, ny, nz, FLAT) and _good(points, p, r, s, nx, ny, nz, FLAT)
+            two = _good(points, p, q, s, nx, ny, nz, FLAT) and _good(points, q, r, s, nx, ny, nz, FLAT)
+            if two and (not one or _square(points, q, s) < _square(points, p, r)):
+                polygon[0], polygon[1], polygon[2], polygon[3] = q, r, s, p
+            size = 3
+            ears[0, 0], ears[0, 1], ears[0, 2] = polygon[0], polygon[2], polygon[3]
+        elif size > 4:
+            size = _clip_ears(points, polygon, size, 3, ears)
+        if size > 3:  # it crosses itself
+            for c in range(count):
+                ears[c, 0], ears[c, 1], ears[c, 2] = (
+                    corners[first],
+                    corners[first + c + 1],
+                    corners[first + c + 2],
+                )
+        elif count > 0:
+            ears[count - 1, 0], ears[count - 1, 1], ears[count - 1, 2] = polygon[0], polygon[1], polygon[2]
+        for c in range(count):
+            face[m + c] = f
+        m += max(0, count)
+    return m
+
+
+@device
+def _square(points, p, q):
+    total = 0.0
+    for axis in range(3):
+        total += (points[p, axis] - points[q, axis]) ** 2
+    return total
+
+
+def cut(mesh: Mesh) -> tuple[Int32, Int32]:
+    """Split each polygon by itself, by where its corners are alone.
+
+    Quadrilaterals along the shorter of the diagonals that lie inside, others by clipping ears; those that
+    cross themselves as fans round their first corner.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Returns
+    -------
+    triangles : (t, 3) int32
+        Polygon by polygon; faces with fewer than three corners are left out.
+    face : (t,) int32
+        The face that each triangle is part of.
+
+    Examples
+    --------
+    >>> from vtksmooth.kernels.mesh.mesh import Mesh
+    >>> concave = Mesh.from_faces([[0, 0, 0], [4, 0, 0], [1, 1, 0], [0, 4, 0]], [[0, 1, 2, 3]])
+    >>> cut(concave)[0].tolist()
+    [[0, 2, 3], [0, 1, 2]]
+    """
+    if mesh.only_triangles:
+        return mesh.connectivity.reshape(-1, 3), np.arange(mesh.n_faces, dtype=np.int32)
+    sizes = mesh.face_sizes
+    count = int(np.maximum(sizes - 2, 0).sum(dtype=np.int64))
+    triangles, face = np.empty((count, 3), np.int32), np.empty(count, np.int32)
+    _cut_each(mesh.points, mesh.offsets, mesh.connectivity, int(sizes.max(initial=3)), triangles, face)
+    return triangles, face
+
+
 def triangulate(mesh: Mesh) -> tuple[Int32, Int32]:
     """Split polygons along diagonals so that vertex valences come near six.
 

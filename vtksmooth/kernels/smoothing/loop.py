@@ -31,6 +31,7 @@ from .constraints.boundary import Boundary
 from .constraints.displacement_bound import DisplacementBound
 from .constraints.fixed import Fixed
 from .phases import Disposal
+from .rollback import EVERY, roll_back
 from .run_state import State
 from .schemes import EdgeScheme, Fused, Scheme
 
@@ -182,6 +183,8 @@ def smooth(
         reason = run.iterate(iteration / iterations, 1.0 / iterations)
         if reason in ("", "gain"):
             report.iterations = iteration + 1
+        if reason or iteration + 1 == iterations or (iteration + 1) % EVERY == 0:
+            run.look()
         if reason:
             report.stop_reason = reason
             break
@@ -223,7 +226,7 @@ class _Run:
         if max_displacement is not None:
             given.append(DisplacementBound(max_displacement))
         self.on_edges = isinstance(scheme, EdgeScheme)
-        self.disposal = Disposal(given, scheme.keeps, self.on_edges)
+        self.disposal = Disposal(given, scheme.keeps, self.on_edges, scheme.closing())
         self.find_features = find_features
         self.in_place = self.disposal.in_place
         self.report = RunReport()
@@ -279,6 +282,7 @@ class _Run:
             self.state.pinned[near.kinds >= adjacency.LINE] = 1
         self.disposal.bind(self.state)
         self.scheme.bind(self.state)
+        self.good = points.copy() if self.disposal.looks else points
         self.free = int(len(pinned) - np.count_nonzero(pinned))
         self.proposed = np.empty((0, 3))
         self._fuse(k)
@@ -357,6 +361,19 @@ class _Run:
             state.points = kept
             return exceeded
         return self._gained_too_little()
+
+    def look(self) -> None:
+        """Take back what the passes since the last look must not have done."""
+        if not self.disposal.looks:
+            return
+        state = self.state
+        if taken_back := roll_back(self.disposal, state, self.good):
+            if self.stop.bounding and self._exceeded():
+                state.points[:] = self.good
+                self.disposal.forget(state)
+            self.report.taken_back += taken_back
+            self._fuse(aspect_ratio.aspect_ratios(state.mesh, state.reference))
+        self.good = state.points.copy()
 
     def _alone(self, done: float, share: float) -> int:
         """Do the passes of an iteration; return how many vertices or edges moved, -1 where nobody counts."""

@@ -62,6 +62,8 @@ class Disposal:
         Topics that the scheme keeps by itself: constraints about these are not needed.
     on_edges : bool
         Whether the scheme moves both ends of an edge at once.
+    closing : Constraint, optional
+        Conserves what the scheme keeps by itself where steps are taken back.
 
     Attributes
     ----------
@@ -77,7 +79,13 @@ class Disposal:
         otherwise than by taking a part of them.
     """
 
-    def __init__(self, constraints: Sequence[Constraint], kept: frozenset[str], on_edges: bool) -> None:
+    def __init__(
+        self,
+        constraints: Sequence[Constraint],
+        kept: frozenset[str],
+        on_edges: bool,
+        closing: Constraint | None = None,
+    ) -> None:
         needed = [each for each in constraints if each.topic not in kept]
         #: Constraints whose promise the scheme keeps.
         self.kept = [each for each in constraints if each.topic in kept]
@@ -101,7 +109,17 @@ class Disposal:
         by_phase = {phase: [each for each in self.constraints if each.phase == phase] for phase in Phase}
         self._directing, self._retracting = by_phase[Phase.DIRECT], by_phase[Phase.RETRACT]
         self._limiting, self._conserving = by_phase[Phase.LIMIT], by_phase[Phase.CONSERVE]
-        self._judging = by_phase[Phase.JUDGE]
+        self._judging, self._looking = by_phase[Phase.JUDGE], by_phase[Phase.LOOK]
+        #: What conserves where steps are taken back, and limits that it takes in addition.
+        self.closing: Constraint | None = None
+        self._bounding = [each for each in needed if each.phase == Phase.LIMIT]
+        if self._looking:
+            for each in self._conserving:
+                closing = closing or each.closing()
+            self.closing = closing
+            if closing is not None:
+                topics = {each.topic for each in self._bounding}
+                self._bounding += [each for each in closing.companions if each.topic not in topics]
         self._of_ends = [each for each in self._limiting + self._judging if on_edges and not each.guards]
         self.in_place = self.in_place or bool(self._of_ends)
         if not self.in_place:
@@ -114,8 +132,8 @@ class Disposal:
 
     @property
     def acting(self) -> list[Constraint]:
-        """The constraints that do more than to pin vertices before the first pass."""
-        return [each for each in self.constraints if each.phase != Phase.PIN]
+        """The constraints that act on the proposals of a pass."""
+        return [each for each in self.constraints if each.phase not in (Phase.PIN, Phase.LOOK)]
 
     def bind(self, state: State) -> None:
         """Bind all constraints.
@@ -127,6 +145,8 @@ class Disposal:
         """
         for constraint in self.constraints:
             constraint.bind(state)
+        if self.closing is not None:
+            self.closing.bind(state)
         for one in self._conserving:
             for other in self._limiting:
                 if one.closes and other.needs_still:
@@ -237,6 +257,43 @@ class Disposal:
             found |= (allowed != proposed).any(axis=1)
         found &= state.pinned == 0
         return found
+
+    # -- after some passes -------------------------------------------------------------------------
+
+    @property
+    def looks(self) -> bool:
+        """Whether a constraint compares the surface with what it was some passes ago."""
+        return bool(self._looking)
+
+    def objections(
+        self, state: State, before: Float64, after: Float64, changed: npt.NDArray[np.bool_] | None = None
+    ) -> npt.NDArray[np.bool_]:
+        """Return the vertices that must not all have gone from `before` to `after`, (n,), by looking."""
+        near, found = state.near, np.zeros(len(after), bool)
+        for each in self._looking:
+            faces = each.found(state, before, after, changed)
+            found[near.connectivity[faces[near.corner_face]]] = True
+        moved: npt.NDArray[np.bool_] = (before != after).any(axis=1)
+        return found & moved
+
+    def broken(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that limits or gates do not let go to `proposed`, where only `rows` are new."""
+        found = np.zeros(len(proposed), bool)
+        for limit in self._bounding:
+            found |= limit.exceeded(state, proposed, rows)
+        for judge in self._judging:
+            found |= judge.worsened(state, state.points, proposed)
+        return found & (state.pinned == 0)
+
+    def retract(self, state: State, rows: Int64, proposed: Float64) -> None:
+        """Put the targets in some rows on the surfaces that they must be on."""
+        for constraint in self._retracting:
+            constraint.dispose(state, rows, rows + 1, proposed)
+
+    def forget(self, state: State) -> None:
+        """Let all constraints forget where the vertices were."""
+        for constraint in self.constraints:
+            constraint.forget(state)
 
     @property
     def judges_passes(self) -> bool:

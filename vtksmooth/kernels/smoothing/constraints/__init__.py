@@ -40,6 +40,8 @@ class Phase(IntEnum):
     CONSERVE = 5
     #: Accepts the step of a vertex, or refuses it.
     JUDGE = 6
+    #: Compares the surface with what it was some passes ago, and takes back what it does not allow.
+    LOOK = 7
 
 
 class Constraint:
@@ -118,6 +120,36 @@ class Constraint:
         -------
         bool
             Whether the quantity is kept with steps that are not all zero.
+        """
+        raise NotImplementedError
+
+    def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that may not go to `proposed`, all at the same time, (n,), in phase LIMIT.
+
+        Only the vertices `rows` need be looked at, and what changes with them.
+        """
+        allowed = proposed.copy()
+        self.dispose(state, rows, rows + 1, allowed)
+        found: npt.NDArray[np.bool_] = (allowed != proposed).any(axis=1)
+        return found
+
+    def closing(self) -> Constraint | None:
+        """Return what conserves the quantity once more where steps were taken back, in phase CONSERVE.
+
+        It counts from the start of the run. None: nothing need be conserved.
+        """
+        return None
+
+    def forget(self, state: State) -> None:
+        """Forget where the vertices were: they have been moved by something else than passes."""
+
+    def found(
+        self, state: State, before: Float64, after: Float64, changed: npt.NDArray[np.bool_] | None = None
+    ) -> npt.NDArray[np.bool_]:
+        """Return which faces must not be where they are at `after`, (m,), in phase LOOK.
+
+        At `before` they were not so. Only faces with vertices that have `changed`, (n,), need be looked at,
+        and what changes with them.
         """
         raise NotImplementedError
 

@@ -165,6 +165,30 @@ class Containment(Constraint):
         for checked, asked in results:
             self.count(checked, asked)
 
+    def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        allowed, guard = proposed.copy(), self.guard._replace(exact=False)
+        parallel.run(
+            _stay_inside, rows, rows + 1, state.points, state.pinned, guard, allowed,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        found: npt.NDArray[np.bool_] = (allowed != proposed).any(axis=1)
+        if self.exact:
+            away = np.linalg.norm(proposed - guard.known[:, :3], axis=1)
+            crossing = self._crossing(state, proposed, guard.known[:, 3] + away) & ~guard.separation.crossing
+            found[self._triangles(state)[crossing]] = True
+        return found
+
+    def forget(self, state: State) -> None:
+        self.guard.slack[:] = 0.0
+        if self.exact:
+            crossing = self.guard.separation.crossing
+            near = state.near
+            self.guard = self.guard._replace(
+                separation=separating_planes.nothing_known(
+                    self._triangles(state), near.corner_offsets, near.corners, crossing
+                )
+            )
+
     def tell(self, report: RunReport) -> None:
         report.moves_checked, report.distances_asked = self.checked, self.asked
 

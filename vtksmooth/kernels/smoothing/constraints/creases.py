@@ -156,10 +156,21 @@ class Creases(Constraint):
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
 
-    def check(self, state: State) -> str:
+    def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        near, faces = state.near, np.zeros(state.topology.n_faces, np.bool_)
+        faces[self._edges[3][self._flat(state, proposed, 1e-9)]] = True
+        found = np.zeros(len(proposed), np.bool_)
+        found[near.connectivity[faces[near.corner_face]]] = True
+        return found
+
+    def _flat(self, state: State, points: Float64, tolerance: float) -> npt.NDArray[np.bool_]:
         _, _, edge_ends, edge_faces, sign = self._edges
-        degrees = sign * dihedral_angles(state.mesh, edge_ends, edge_faces)
+        degrees = sign * dihedral_angles(state.topology.with_points(points), edge_ends, edge_faces)
         if not state.topology.only_triangles:
             degrees = np.abs(degrees)
-        flat = int((degrees < self.angle - 1e-7).sum())
+        flat: npt.NDArray[np.bool_] = degrees < self.angle - tolerance
+        return flat
+
+    def check(self, state: State) -> str:
+        flat = int(self._flat(state, state.points, 1e-7).sum())
         return f"{flat} creases are flat" if flat else ""

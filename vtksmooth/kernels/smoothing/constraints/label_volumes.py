@@ -125,6 +125,9 @@ class LabelVolumes(Constraint):
         # Open surfaces have no volume, and that of what is outside of all is the largest.
         self._scale = np.where(volume > 0.0, np.minimum(volume, ball), ball)
 
+    def closing(self) -> Constraint | None:
+        return LabelVolumes()
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Nothing for single vertices: a pass in place is closed as a whole."""
 

@@ -334,6 +334,8 @@ class LocalVolume(Constraint):
     flux : (m,) array_like, optional
         Volume that each face shall sweep in each pass, positive along its normal, in the numbering of the
         run's input: (8) to (11) of the paper. 0 if absent.
+    whole : bool
+        Whether what is closed is counted from the start of the run, not from pass to pass.
 
     Attributes
     ----------
@@ -354,8 +356,9 @@ class LocalVolume(Constraint):
         corrections: int = 2,
         uniform: bool = True,
         flux: npt.ArrayLike | None = None,
+        whole: bool = False,
     ) -> None:
-        self.corrections, self.uniform = corrections, uniform
+        self.corrections, self.uniform, self.whole = corrections, uniform, whole
         self.flux = np.empty(0) if flux is None else np.ascontiguousarray(flux, dtype=np.float64)
         #: Largest residual in the last pass, before each correction: volume swept round a vertex over the
         #: area that it stands for, model units.
@@ -375,7 +378,7 @@ class LocalVolume(Constraint):
             raise ParameterError(
                 "The surface has walls between several bodies (edges of three faces or more), whose volumes "
                 "a step of one body does not keep: name the labels on both sides of each face "
-                "(boundary_labels), or leave out preserve_volume."
+                "(boundary_labels), or leave out preserve_volume (with the scheme pairwise self_intersection)."
             )
         self._flux = self.flux
         if len(self.flux) and state.face_order is not None:
@@ -388,7 +391,7 @@ class LocalVolume(Constraint):
         self._last_residual: Callable[[], list[float]] = list
         self._confined = np.zeros(n, np.uint8) if state.confined is None else state.confined
         slide = (self._confined != 0) | (state.near.kinds == BOUNDARY)
-        self.closes = self.uniform and bool((slide & (state.pinned == 0)).any())
+        self.closes = self.uniform and (self.whole or bool((slide & (state.pinned == 0)).any()))
         if len(self.flux) and self.closes:
             raise ParameterError("A flux takes boundaries that stay: set the boundary to fixed.")
         if self.closes or not state.in_place:
@@ -409,6 +412,15 @@ class LocalVolume(Constraint):
             used = state.points[state.topology.connectivity]
             self._origin, self._reach = 0.5 * (used.min(axis=0) + used.max(axis=0)), 0.0
             self._enclosed = self._shifted(state, state.points, np.zeros((n, 3)), self._vectors)[0][0]
+
+    def closing(self) -> Constraint | None:
+        if len(self.flux):
+            raise ParameterError("A flux takes all its steps: set self_intersection to ignore.")
+        return LocalVolume(0, True, whole=True) if self.uniform else None
+
+    def forget(self, state: State) -> None:
+        if self.uniform and not (state.in_place or self.closes):
+            self._left = np.zeros(self._bodies)
 
     def _find_bodies(self, state: State) -> None:
         topology, n = state.topology, len(state.points)

@@ -263,10 +263,17 @@ class NoInversion(Constraint):
             return
         withdraw(state, points, proposed, HALVINGS, np.zeros_like(state.pinned))
 
-    def check(self, state: State) -> str:
+    def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        near, found = state.near, np.zeros(len(proposed), np.bool_)
+        found[near.connectivity[self._found(state, state.points, proposed)[near.corner_face]]] = True
+        return found
+
+    @staticmethod
+    def _found(state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
         found = np.empty(state.topology.n_faces, np.bool_)
-        parallel.run(
-            _find, *parallel.ranges(len(found)), state.original.points, state.points, state.near,
-            state.reference, found,
-        )  # fmt: skip
+        parallel.run(_find, *parallel.ranges(len(found)), before, after, state.near, state.reference, found)
+        return found
+
+    def check(self, state: State) -> str:
+        found = self._found(state, state.original.points, state.points)
         return f"{int(found.sum())} faces are inverted that were not" if found.any() else ""

@@ -40,6 +40,10 @@ class Scheme(ABC):
     #: Topics of constraints whose promise it keeps by itself.
     keeps: frozenset[str] = frozenset()
 
+    def closing(self) -> Constraint | None:
+        """Return what conserves the volume that it keeps by itself where steps were taken back."""
+        return None
+
     def bind(self, state: State) -> None:  # noqa: B027
         """Look at the mesh once, before the first pass."""
 

@@ -14,6 +14,8 @@ from ....jit.compiled import device, kernel, routine
 from ...containment.crossings import scratch
 from ...containment.safe_moves import Guard, may_go, pending, settle, spread, stars_may_go
 from ...mesh.adjacency import Adjacency
+from ..constraints import Constraint
+from ..constraints.local_volume import LocalVolume
 from ..constraints.no_inversion import HALVINGS
 from ..run_state import State
 from ..weights import Weights
@@ -597,6 +599,9 @@ class Pairwise(EdgeScheme):
 
     def __init__(self, relaxation: float = 0.7, weights: Weights | None = None) -> None:
         self.relaxation, self.asked_weights = relaxation, weights or Weights()
+
+    def closing(self) -> Constraint | None:
+        return LocalVolume(0, True, whole=True)
 
     def bind(self, state: State) -> None:
         if not state.topology.only_triangles:

@@ -12,6 +12,8 @@ from ....jit.compiled import device, kernel, routine
 from ...containment.safe_moves import Guard
 from ...measures.aspect_ratio import triangle_square
 from ...mesh.adjacency import turn_into_cycles
+from ..constraints import Constraint
+from ..constraints.label_volumes import LabelVolumes
 from ..run_state import State
 from . import Admitted, EdgeScheme, Float64, Operations
 from .pairwise import in_blocks
@@ -583,6 +585,9 @@ class PairwiseLabels(EdgeScheme):
 
     def __init__(self, relaxation: float = 0.2) -> None:
         self.relaxation = relaxation
+
+    def closing(self) -> Constraint | None:
+        return LabelVolumes()
 
     def bind(self, state: State) -> None:
         labels = state.topology.face_labels
