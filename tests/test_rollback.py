@@ -152,7 +152,7 @@ def test_pairs_that_cross_at_the_start_do_not_become_more():
 def test_the_promise_holds_of_what_is_written_in_single_precision():
     # Two sheets so near that rounding decides whether they cross.
     sheet = meshes.sheet(20, 20, jitter=0.3, bump=1.0, seed=2)
-    both = meshes.joined(sheet, sheet.with_points(sheet.points + [0.0, 0.0, 3e-6]))
+    both = meshes.joined(sheet, sheet.with_points(sheet.points + np.array([0.0, 0.0, 3e-6])))
     source = meshes.polydata(both.with_points((both.points + 10.0).astype(np.float32).astype(float)))
     check = SelfIntersection()
     check(source)
@@ -181,6 +181,6 @@ def test_bad_meshes_do_not_stop_it():
         meshes.non_manifold_edge(),
         meshes.folded_quads(),
     ):
-        points, report = loop.smooth(mesh, Wild(0.2), [NoNewSelfIntersections()], iterations=2, checked=True)
+        _, report = loop.smooth(mesh, Wild(0.2), [NoNewSelfIntersections()], iterations=2, checked=True)
         assert report.broken == []
     assert isinstance(mesh, Mesh)

@@ -628,13 +628,14 @@ class VtksmoothAccessor:
         the ends of an edge only where these accept both. With `preserve_volume` or `corrections` it inverts no
         face. Constraints that turn the step of one vertex, or put it on a surface, are refused with it: tangent
         plane, back to surface, null space, boundaries that are not fixed, features that slide. The flow's size
-        and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
-        of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
+        and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step of
+        that size; however large, they leave no point outside the box of the input's points (thin-plate may).
         Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
-        below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
-        With ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are
-        written, and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
-        shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
+        below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band"). With
+        ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are written,
+        and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian
+        schemes, explicit or implicit, shrink closed surfaces unless `preserve_volume` is set; none keeps elements
+        from inverting without a gate.
 
         Examples
         --------
@@ -1049,12 +1050,12 @@ class VtksmoothAccessor:
 
         Guarantees
         ----------
-        With the default gate, before the output's points are rounded to single precision: no iteration makes
-        more faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below
-        that, at all; both against the input's directions. Edges with a dihedral angle above ``crease_angle``
-        stay above it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
-        keep their bits. Fixed points keep their bits. Topology is the input's. The result does not depend on
-        the number of threads.
+        With the default gate, before the output's points are rounded to single precision: no iteration makes more
+        faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below that, at
+        all; both against the input's directions. Edges with a dihedral angle above ``crease_angle`` stay above
+        it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of
+        polyhedra flat, and corners keep their bits. Fixed points keep their bits. Topology is the input's. The
+        result does not depend on the number of threads.
 
         Not guaranteed: a bound of the deviation (set ``max_deviation_fraction``); curved ridges and boundaries
         change by what sliding parallel to the chord of the neighbours makes.
@@ -1476,11 +1477,13 @@ class VtksmoothAccessor:
         Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
         ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
         outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-        No faces cross or touch that did not, of the triangles as the output has them. Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
-        or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
+        No faces cross or touch that did not, of the triangles as the output has them. Neither the number of
+        threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction` or `max_displacement`
+        what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
         Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
-        ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+        ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch
+        along an edge, do not move.
 
         Examples
         --------

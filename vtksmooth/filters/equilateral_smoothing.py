@@ -18,12 +18,12 @@ class EquilateralSmoothing(SmoothingFilter):
 
     Guarantees
     ----------
-    With the default gate, before the output's points are rounded to single precision: no iteration makes
-    more faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below
-    that, at all; both against the input's directions. Edges with a dihedral angle above ``crease_angle``
-    stay above it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of polyhedra flat, and corners
-    keep their bits. Fixed points keep their bits. Topology is the input's. The result does not depend on
-    the number of threads.
+    With the default gate, before the output's points are rounded to single precision: no iteration makes more
+    faces inverted, nor lowers the smallest k of the mesh below ``gate_floor`` or, where it is below that, at
+    all; both against the input's directions. Edges with a dihedral angle above ``crease_angle`` stay above
+    it. No faces cross or touch that did not. Straight ridges and boundaries stay straight, flat faces of
+    polyhedra flat, and corners keep their bits. Fixed points keep their bits. Topology is the input's. The
+    result does not depend on the number of threads.
 
     Not guaranteed: a bound of the deviation (set ``max_deviation_fraction``); curved ridges and boundaries
     change by what sliding parallel to the chord of the neighbours makes.

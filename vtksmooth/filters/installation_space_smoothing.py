@@ -40,11 +40,13 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     Points with ``BlendWeight`` 0, points of the array `fixed`, and the boundary keep their bits. With
     ``containment="exact"`` no point that was inside is outside by more than the tolerance, none that was
     outside is farther outside than before, and no triangle crosses the space's surface that did not before.
-    No faces cross or touch that did not, of the triangles as the output has them. Neither the number of threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction`
-    or `max_displacement` what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
+    No faces cross or touch that did not, of the triangles as the output has them. Neither the number of
+    threads nor the pose matters. With a gate, `crease_angle`, `max_deviation_fraction` or `max_displacement`
+    what :class:`~vtksmooth.LaplacianSmoothing` guarantees of them, at the same time.
 
     Not guaranteed: that elements do not invert (``report`` counts them), unless ``gate="aspect"``,
-    ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch along an edge, do not move.
+    ``gate="floor"`` or `preserve_volume` is set. Vertices where the surface is none, as where voxels touch
+    along an edge, do not move.
 
     Attributes
     ----------

@@ -112,13 +112,14 @@ class LaplacianSmoothing(SmoothingFilter):
     the ends of an edge only where these accept both. With `preserve_volume` or `corrections` it inverts no
     face. Constraints that turn the step of one vertex, or put it on a surface, are refused with it: tangent
     plane, back to surface, null space, boundaries that are not fixed, features that slide. The flow's size
-    and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step
-    of that size; however large, they leave no point outside the box of the input's points (thin-plate may).
+    and sign do not matter. Implicit steps s are solved to 1e-14 (1 + 2 s) of the longest explicit step of
+    that size; however large, they leave no point outside the box of the input's points (thin-plate may).
     Taubin's filter, as long as all vertices move at once, amplifies no frequency above `pass_band`, and none
-    below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band").
-    With ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are
-    written, and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian schemes, explicit or implicit,
-    shrink closed surfaces unless `preserve_volume` is set; none keeps elements from inverting without a gate.
+    below it by more than 1.5 %: before it would, the run stops (``stop_reason`` "pass-band"). With
+    ``self_intersection="none-new"`` no faces cross or touch that did not, of the points as they are written,
+    and every other promise is kept. With ``gate="aspect"`` what TrapeziumDrawing guarantees. Plain Laplacian
+    schemes, explicit or implicit, shrink closed surfaces unless `preserve_volume` is set; none keeps elements
+    from inverting without a gate.
 
     Examples
     --------

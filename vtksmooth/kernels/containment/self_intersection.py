@@ -362,8 +362,8 @@ def _find_degenerate(starts, ends, points, triangles, degenerate):
 
 @kernel
 def _find_fans(starts, ends, points, near, discs):
-    # Whether the triangles round each vertex are one fan that covers no direction twice, seen along the mean of
-    # their normals: then no two of them have more in common than their common corners.
+    # Whether the triangles round each vertex are one fan that covers no direction twice, seen along the mean
+    # of their normals: then no two of them have more in common than their common corners.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             discs[v] = 0
@@ -454,16 +454,16 @@ def _in_one_disc(discs, s, t):
 @device
 def _any_asked(tree, i, asked):
     order, node = tree[2], tree[5]
+    any_asked = False
     for k in range(node[i, 0], node[i, 1]):
-        if asked[order[k]]:
-            return True
-    return False
+        any_asked |= asked[order[k]]
+    return any_asked
 
 
 @kernel
 def _find_pairs(starts, ends, leaves, tree, face, discs, asked):
-    # Leaf against leaf. Three numbers for each pair, one after another: the triangles and their level; and how
-    # many in all. `asked`: one of each pair must be; empty: all are.
+    # Leaf against leaf. Three numbers for each pair, one after another: the triangles and their level; and
+    # how many in all. `asked`: one of each pair must be; empty: all are.
     points, triangles, order, low, high, node = tree
     stack = np.empty(STACK, np.int32)
     terms = _room()
@@ -548,8 +548,8 @@ class SelfIntersections:
     Parameters
     ----------
     mesh : Mesh
-        Polygons are taken as triangles, as :func:`~vtksmooth.kernels.mesh.triangulate.cut` cuts them where the
-        points are when they are looked at.
+        Polygons are taken as triangles, as :func:`~vtksmooth.kernels.mesh.triangulate.cut` cuts them where
+        the points are when they are looked at.
     near : Adjacency, optional
         Of the mesh: with it triangles round one vertex need hardly any tests.
 

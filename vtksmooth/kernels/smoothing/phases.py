@@ -273,8 +273,8 @@ class Disposal:
         for each in self._looking:
             faces = each.found(state, before, after, changed)
             found[near.connectivity[faces[near.corner_face]]] = True
-        moved: npt.NDArray[np.bool_] = (before != after).any(axis=1)
-        return found & moved
+        found &= (before != after).any(axis=1)
+        return found
 
     def broken(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
         """Return the vertices that limits or gates do not let go to `proposed`, where only `rows` are new."""
@@ -283,7 +283,8 @@ class Disposal:
             found |= limit.exceeded(state, proposed, rows)
         for judge in self._judging:
             found |= judge.worsened(state, state.points, proposed)
-        return found & (state.pinned == 0)
+        found &= state.pinned == 0
+        return found
 
     def retract(self, state: State, rows: Int64, proposed: Float64) -> None:
         """Put the targets in some rows on the surfaces that they must be on."""

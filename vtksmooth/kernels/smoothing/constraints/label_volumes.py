@@ -20,8 +20,9 @@ _NEWTON, _ROUNDING = 12, 1e-14
 #: What is left of a volume, as a part of it, for which steps are taken back.
 _TOO_MUCH = 1e-12
 
-#: Most solutions tried, without vertices that limits hold; and how often the steps are halved then.
-_HOLDING, _HALVINGS = 8, 3
+#: Most solutions tried without vertices that a limit stops, which stay where they were proposed to be, then
+#: where they were before; and how often the steps are halved then.
+_KEEPING, _HOLDING, _HALVINGS = 4, 8, 3
 
 #: Volume of the ball with area 1: no surface of that area encloses more.
 _BALL = 1.0 / (6.0 * np.sqrt(np.pi))
@@ -92,8 +93,8 @@ class LabelVolumes(Constraint):
     ``sum_k mu_k sum_v g_v^l . D_v^k = -dV_l``, again and again until nothing but rounding is left. What is
     swept since the start of the run is closed, so nothing adds up.
 
-    Vertices that a limit does not let go there take no part, and the rest is solved again; at last all steps
-    are halved, and taken back. No face that is not inverted is made so.
+    Vertices that a limit does not let go there take no part, at last none in the pass, and the rest is solved
+    again; then all steps are halved, and taken back. No face that is not inverted is made so.
 
     A step of a label is the same everywhere on its walls: the constraint is not local.
     """
@@ -164,7 +165,7 @@ class LabelVolumes(Constraint):
         for halving in range(_HALVINGS + 1):
             held = (state.pinned != 0) | (state.confined is not None and state.confined != 0)
             proposed[:] = before + 0.5**halving * (wanted - before) if halving else wanted
-            for _ in range(_HOLDING):
+            for turn in range(_KEEPING + _HOLDING):
                 attempt = proposed.copy()
                 if not self._close(state, held.astype(np.uint8), attempt):
                     break
@@ -174,7 +175,8 @@ class LabelVolumes(Constraint):
                     self.shortened += halving > 0
                     return True
                 held |= bad
-                proposed[bad] = before[bad]
+                if turn >= _KEEPING:
+                    proposed[bad] = before[bad]
         self.shortened += 1
         proposed[:] = back
         return False

@@ -378,7 +378,8 @@ class LocalVolume(Constraint):
             raise ParameterError(
                 "The surface has walls between several bodies (edges of three faces or more), whose volumes "
                 "a step of one body does not keep: name the labels on both sides of each face "
-                "(boundary_labels), or leave out preserve_volume (with the scheme pairwise self_intersection)."
+                "(boundary_labels), or leave out preserve_volume; with the scheme "
+                "pairwise, self_intersection."
             )
         self._flux = self.flux
         if len(self.flux) and state.face_order is not None:
