@@ -6,7 +6,8 @@ A label image in, a volume mesh out: one surface between all labels that TetGen 
 tetrahedra whose volumes, label by label, are those of the voxels.
 """
 
-# %% A part of PyVista's bundled frog. Smoothing keeps every label's volume, and takes back the few steps by
+# %%
+# A part of PyVista's bundled frog. Smoothing keeps every label's volume, and takes back the few steps by
 # which thin walls would pass through each other.
 
 import numpy as np
@@ -25,7 +26,8 @@ check = SelfIntersection()
 check(surface)
 print(check.summary)
 
-# %% TetGen fills all labels at once. The walls between them stay as they are (``nobisect``), and so do their
+# %%
+# TetGen fills all labels at once. The walls between them stay as they are (``nobisect``), and so do their
 # points.
 
 mesher = tetgen.TetGen(pv.PolyData(surface.points, surface.faces))
@@ -34,7 +36,8 @@ points, tetrahedra, region, _ = mesher.tetrahedralize(
 )
 region = region.ravel().astype(int) - 1
 
-# %% A wall knows the labels on both of its sides, the second is where its normal points to. So the walls of a
+# %%
+# A wall knows the labels on both of its sides, the second is where its normal points to. So the walls of a
 # region say what it is.
 
 corners = surface.regular_faces
