@@ -22,6 +22,7 @@ from vtksmooth.filters import (
     LaplacianSmoothing,
     Parameter,
     RegionMarking,
+    SelfIntersection,
     SmoothingFilter,
     SurfaceComparison,
     SurfaceQuality,
@@ -527,6 +528,8 @@ class Check:
         self.elements(exact, report)
         if exact and self.value("crease_angle") is not None:
             self.creases(size)
+        if self.value("self_intersection") == "none-new" and self.distinct():
+            self.crossings()
         self.volumes(size, rounding, report)
 
     def surface(self, size: float, rounding: float, moved: npt.NDArray[np.bool_], used: Any) -> None:
@@ -578,7 +581,7 @@ class Check:
         inverted = [int((one < -1e-12).sum()) for one in k]
         together = self.alone("gate", "tangent_plane")
         # Of faces that cover each other one side is smoothed; k here is that of all.
-        apart = len(np.unique(places(self.before.points))) == len(self.before.points)
+        apart = self.distinct()
         if gate in ("aspect", "floor") and apart:
             least = [float(one.min()) for one in k]
             floor = least[0] if gate == "aspect" else min(least[0], self.value("gate_floor"))
@@ -592,13 +595,35 @@ class Check:
                 self.alone("null_space", "corrections", "preserve_volume", "features"),
             )  # fmt: skip
 
+    def distinct(self) -> bool:
+        """Return whether no points lie in one place, and no faces cover each other."""
+        faces = {tuple(sorted(face)) for face in self.before.faces}
+        return len(faces) == len(self.before.faces) and len(np.unique(places(self.before.points))) == len(
+            self.before.points
+        )
+
+    def crossings(self) -> None:
+        """Check that no faces cross or touch that did not; the measure's tests are in rational numbers."""
+        pairs: list[dict[tuple[int, ...], int]] = []
+        for mesh in (self.source, self.output):
+            made = SelfIntersection()(mesh).GetFieldData()
+            found = {}
+            for level, name in enumerate(("TouchingCells", "CrossingCells"), 1):
+                for pair in vtk_to_numpy(made.GetArray(name)).reshape(-1, 2).tolist():
+                    found[tuple(pair)] = level
+            pairs.append(found)
+        new = [pair for pair, level in pairs[1].items() if level > pairs[0].get(pair, 0)]
+        if new:
+            self.say("new self-intersections", f"{len(new)} pairs, one of cells {new[0]}", self.alone())
+
     def creases(self, size: float) -> None:
         """Check that edges that were sharp are, where slivers do not leave that to rounding."""
         triangles, angle = self.before.triangles, self.value("crease_angle")
-        if triangles is None or len(np.unique(places(self.before.points))) < len(self.before.points):
+        # Of faces that cover each other one is smoothed: its edges may be those of a boundary. Ghost cells
+        # are left out, which makes boundaries, too.
+        ghosts = self.source.GetCellData().GetArray("vtkGhostType")
+        if triangles is None or not self.distinct() or (ghosts is not None and vtk_to_numpy(ghosts).any()):
             return
-        if len(np.unique(np.sort(triangles, axis=1), axis=0)) < len(triangles):
-            return  # of faces that cover each other one is smoothed: its edges may be those of a boundary
         ends, faces = inner_edges(triangles)
         degrees, clear = zip(
             *(
@@ -731,7 +756,9 @@ class Check:
             was, is_ = sides
             size = float(np.nanmax(np.abs(was[used])) + np.ptp(self.before.points[used], axis=0).max())
             single = vtk_to_numpy(self.output.GetPoints().GetData()).dtype == np.float32
-            slack = (2e-6 if single else 1e-6) * size + 2 * self.value("tolerance_fraction") * size
+            places = vtk_to_numpy(self.further[0].GetPoints().GetData()).astype(np.float64)
+            diagonal = float(np.linalg.norm(np.nanmax(places, axis=0) - np.nanmin(places, axis=0)))
+            slack = (2e-6 if single else 1e-6) * size + 2 * self.value("tolerance_fraction") * diagonal
             if single:  # far off the origin that is what rounding moves points by
                 slack += float(np.finfo(np.float32).eps) * np.abs(self.before.points[used]).max()
             escaped = (was[used] <= slack) & (is_[used] > np.maximum(was[used], 0) + 2 * slack)

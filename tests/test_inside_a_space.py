@@ -151,3 +151,17 @@ def test_what_is_flat_stays_with_a_curvature_radius_in_any_filter():
     free = pv.wrap(EquilateralSmoothing()(skin))
     stays = (bounded.points == skin.points).all(axis=1)
     assert (free.points == skin.points).all(axis=1).sum() < stays.sum() < skin.n_points
+
+
+def test_far_away_moved_points_are_those_that_are_elsewhere_in_the_output():
+    # So far that coordinates are multiples of 1/32, and most steps of an almost regular sphere are less.
+    sphere = meshes.icosphere(3)
+    lattice = np.round(sphere.points * 32.0) / 32.0 + 2.0**47
+    part = meshes.polydata(sphere.with_points(lattice))
+    cube = meshes.cube(1, triangles=True)
+    box = meshes.polydata(cube.with_points(2.0**47 - 2.0 + 4.0 * cube.points))
+    smoothing = LaplacianSmoothing(iterations=1, relaxation_factor=0.1)
+    result = pv.wrap(smoothing(part, box))
+    moved = int((np.asarray(result.points) != lattice).any(axis=1).sum())
+    assert smoothing.report.moved == moved
+    assert moved < 0.8 * sphere.n_points

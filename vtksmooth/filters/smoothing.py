@@ -440,6 +440,9 @@ class SmoothingFilter(Filter):
             )
         if origin is not None and origin.any():
             points = np.where(points == mesh.points, given.points, points + origin)
+            # Where the origin is far away, steps may be less than what the coordinates can tell.
+            moved = (points != given.points) & ~np.isnan(points)
+            report.moved = int(np.count_nonzero(moved.any(axis=1)))
         rounded = self._in_output_precision(points, points_of(source).dtype)
         if len(names):
             report.label_volumes = tuple(
