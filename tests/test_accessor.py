@@ -78,3 +78,64 @@ def test_errors_are_exceptions(ant: pv.PolyData) -> None:
 def test_progress_bar(ant: pv.PolyData, capsys: pytest.CaptureFixture[str]) -> None:
     ant.vtksmooth.trapezium_drawing(progress_bar=True)
     assert TrapeziumDrawing.__name__ in capsys.readouterr().err
+
+
+def test_fixed_takes_a_mask_or_numbers(ant: pv.PolyData) -> None:
+    mask = ant.points[:, 2] > np.median(ant.points[:, 2])
+    named = ant.copy()
+    named["mine"] = mask
+    expected = named.vtksmooth.laplacian_smoothing(fixed="mine").points
+    assert not np.array_equal(expected, ant.vtksmooth.laplacian_smoothing().points)
+    for fixed in (mask, mask.tolist(), np.flatnonzero(mask), np.flatnonzero(mask).tolist()):
+        np.testing.assert_array_equal(ant.vtksmooth.laplacian_smoothing(fixed=fixed).points, expected)
+    free = ant.vtksmooth.laplacian_smoothing(fixed=[]).points
+    np.testing.assert_array_equal(free, ant.vtksmooth.laplacian_smoothing().points)
+
+
+def test_fixed_numbers_points_that_coincide_with_others() -> None:
+    soup = pv.Icosphere(nsub=2).extract_surface(algorithm="geometry").separate_cells()
+    soup = soup.extract_surface(algorithm="dataset_surface")
+    fixed = [0, 7]
+    moved = (soup.vtksmooth.laplacian_smoothing(fixed=fixed).points != soup.points).any(axis=1)
+    same = (soup.points[:, None] == soup.points[fixed]).all(axis=2).any(axis=1)
+    np.testing.assert_array_equal(moved, ~same)
+
+
+@pytest.mark.parametrize(
+    ("fixed", "message"),
+    [
+        ([True, False], "the mask has 2 values; the mesh has 486 points"),
+        ([10**6], "there is no point 1000000"),
+        ([-1], "numbers of points from 0 on"),
+        ([0, 1, 1, 0], r"astype\(bool\)"),
+        ([0.5], "fixed must be the name"),
+    ],
+)
+def test_wrong_selections_are_refused(fixed: list[object], message: str, ant: pv.PolyData) -> None:
+    with pytest.raises(ParameterError, match=message):
+        ant.vtksmooth.laplacian_smoothing(fixed=fixed)
+
+
+def test_grids_give_their_surface() -> None:
+    grid = pv.ImageData(dimensions=(4, 4, 4)).cast_to_unstructured_grid()
+    mask = grid.points[:, 2] < 1.5
+    with pytest.warns(UserWarning, match="The surface of the UnstructuredGrid is taken: 56 of 64 points"):
+        smooth = grid.vtksmooth.laplacian_smoothing(fixed=mask)
+    moved = (smooth.points != grid.points[smooth["vtkOriginalPointIds"]]).any(axis=1)
+    assert moved.any()
+    np.testing.assert_array_equal(moved & (smooth.points[:, 2] < 1.5), False)
+    with pytest.raises(TypeError, match="cannot change a UnstructuredGrid in place"):
+        grid.vtksmooth.laplacian_smoothing(inplace=True)
+
+
+def test_blocks_give_blocks(ant: pv.PolyData) -> None:
+    blocks = pv.MultiBlock({"ant": ant, "none": None})
+    smooth = blocks.vtksmooth.laplacian_smoothing(iterations=3)
+    assert isinstance(smooth, pv.MultiBlock)
+    assert smooth.keys() == ["ant", "none"]
+    assert isinstance(smooth["ant"], pv.PolyData)
+    np.testing.assert_array_equal(
+        smooth["ant"].points, ant.vtksmooth.laplacian_smoothing(iterations=3).points
+    )
+    with pytest.raises(ParameterError, match="no parameter 'n_iter'; use iterations"):
+        blocks.vtksmooth.laplacian_smoothing(n_iter=3)

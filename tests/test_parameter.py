@@ -29,7 +29,7 @@ def test_every_parameter_has_all_its_faces(cls: type, parameter: Parameter) -> N
 def test_what_is_out_of_range_is_refused_by_name(cls: type, parameter: Parameter) -> None:
     wrong: list[object] = [
         object(),
-        [1],
+        [1.5] if parameter.points else [1],
         np.array([1.0, 2.0]),
         np.array(["default", "auto"]),
         10**5000,

@@ -10,13 +10,17 @@ from __future__ import annotations
 import inspect
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
+import numpy as np
 import pyvista as pv
+from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from .filters import FILTERS, INPUTS, Filter
+from .filters.point_lists import format_selection, parse_selection
 
 #: Length of the progress bar, letters.
 _BAR = 30
@@ -148,8 +152,15 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
                 f"{name}() takes {len(others)} meshes besides its own: {', '.join(others) or 'none'}"
             )
         given += [parameters.pop(name, None) for name in optional]
+        mesh = self._mesh
+        if not isinstance(mesh, pv.PolyData):
+            if inplace:
+                raise TypeError(
+                    f"{name}() cannot change a {type(mesh).__name__} in place; leave out inplace=True."
+                )
+            mesh = _surfaces(mesh, parameters)
         wanted = [True, *(parameters.pop(name, False) for name in further)]
-        outputs = _apply(cls(**parameters), self._mesh, given, inplace, progress_bar)
+        outputs = _apply(cls(**parameters), mesh, given, inplace, progress_bar)
         returned = tuple(output for output, want in zip(outputs, wanted, strict=True) if want)
         return returned if len(returned) > 1 else returned[0]
 
@@ -210,13 +221,45 @@ def _apply(
         algorithm(mesh, *others)
     results = []
     for port in range(len(algorithm.outputs)):
-        result = pv.PolyData()
-        result.shallow_copy(algorithm.GetOutput(port))
+        output = algorithm.GetOutput(port)
+        result = pv.wrap(output.NewInstance())
+        result.ShallowCopy(output)
+        if isinstance(result, pv.MultiBlock):
+            result.wrap_nested()
         results.append(result)
     if inplace:
         mesh.copy_from(results[0], deep=False)
         results[0] = mesh
     return results
+
+
+def _surfaces(mesh: Any, parameters: dict[str, Any]) -> Any:
+    """Return the surface of a grid, or those of a MultiBlock's blocks, with a warning that says so.
+
+    A mask or numbers in `parameters` that choose points of a grid then choose those of its surface.
+    """
+    if isinstance(mesh, pv.PolyData) or mesh is None:
+        return mesh
+    if isinstance(mesh, pv.MultiBlock):
+        return pv.MultiBlock({mesh.get_block_name(i): _surfaces(mesh[i], {}) for i in range(mesh.n_blocks)})
+    extraction = vtkDataSetSurfaceFilter()
+    extraction.PassThroughPointIdsOn()
+    extraction.PassThroughCellIdsOn()
+    extraction.SetInputDataObject(mesh)
+    extraction.Update()
+    surface = pv.wrap(extraction.GetOutput())
+    warnings.warn(
+        f"The surface of the {type(mesh).__name__} is taken: {surface.n_points} of {mesh.n_points} points; "
+        "vtkOriginalPointIds are their numbers.",
+        stacklevel=3,
+    )
+    fixed = parameters.get("fixed")
+    if fixed is not None and not isinstance(fixed, str):
+        chosen = np.zeros(mesh.n_points, np.bool_)
+        text = format_selection("fixed", fixed)
+        chosen[parse_selection("fixed", text, mesh.n_points)] = True
+        parameters["fixed"] = chosen[surface.point_data["vtkOriginalPointIds"]]
+    return surface
 
 
 @contextmanager
@@ -237,6 +280,8 @@ def _progress_bar(algorithm: Filter) -> Iterator[None]:
         print(file=sys.stderr)
 
 
+@pv.register_dataset_accessor("vtksmooth", pv.MultiBlock)
+@pv.register_dataset_accessor("vtksmooth", pv.UnstructuredGrid)
 @pv.register_dataset_accessor("vtksmooth", pv.PolyData)
 class VtksmoothAccessor:
     """The filters of vtksmooth on a mesh: ``mesh.vtksmooth.trapezium_drawing(iterations=5)``.
@@ -244,6 +289,7 @@ class VtksmoothAccessor:
     Each method takes the filter's parameters as keywords and returns a new ``pyvista.PolyData``
     (``inplace=True``: changes the mesh and returns it; ``progress_bar=True``: shows progress). What a
     filter makes beside the mesh is returned on demand (``return_lines=True``), all in a tuple.
+    Of an unstructured grid the surface is taken, with a warning; a MultiBlock gives a MultiBlock.
     What a filter reports is in the result's field data; a mesh that cannot be worked on raises
     :class:`~vtksmooth.errors.InvalidMeshError`.
 
@@ -259,7 +305,7 @@ class VtksmoothAccessor:
     True
     """
 
-    def __init__(self, mesh: pv.PolyData) -> None:
+    def __init__(self, mesh: pv.PolyData | pv.UnstructuredGrid | pv.MultiBlock) -> None:
         self._mesh = mesh
 
 

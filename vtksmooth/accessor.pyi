@@ -1,7 +1,9 @@
 """Made by ``python -m vtksmooth.accessor_stub`` from the filters' declarations; do not edit."""
 
-from typing import Literal, overload
+from collections.abc import Sequence
+from typing import Any, Literal, overload
 
+import numpy.typing as npt
 import pyvista as pv
 
 from .filters import Filter
@@ -15,6 +17,7 @@ class VtksmoothAccessor:
     Each method takes the filter's parameters as keywords and returns a new ``pyvista.PolyData``
     (``inplace=True``: changes the mesh and returns it; ``progress_bar=True``: shows progress). What a
     filter makes beside the mesh is returned on demand (``return_lines=True``), all in a tuple.
+    Of an unstructured grid the surface is taken, with a warning; a MultiBlock gives a MultiBlock.
     What a filter reports is in the result's field data; a mesh that cannot be worked on raises
     :class:`~vtksmooth.errors.InvalidMeshError`.
 
@@ -30,7 +33,7 @@ class VtksmoothAccessor:
     True
     """
 
-    def __init__(self, mesh: pv.PolyData) -> None: ...
+    def __init__(self, mesh: pv.PolyData | pv.UnstructuredGrid | pv.MultiBlock) -> None: ...
 
     def surface_quality(
         self,
@@ -332,7 +335,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 5,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -379,7 +382,7 @@ class VtksmoothAccessor:
         iterations : int, default 5
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -473,7 +476,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 10,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -534,7 +537,7 @@ class VtksmoothAccessor:
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -653,7 +656,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 10,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -699,7 +702,7 @@ class VtksmoothAccessor:
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -789,7 +792,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 10,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -835,7 +838,7 @@ class VtksmoothAccessor:
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -926,7 +929,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 50,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -975,7 +978,7 @@ class VtksmoothAccessor:
         iterations : int, default 50
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -1075,7 +1078,7 @@ class VtksmoothAccessor:
         *,
         installation: pv.PolyData | None = None,
         iterations: int = 10,
-        fixed: str | None = 'Fixed',
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = 'BoundaryLabels',
@@ -1125,7 +1128,7 @@ class VtksmoothAccessor:
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
-            Point array that is nonzero at points that must not move; absent, none is held.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default 'BlendWeight'
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'
@@ -1320,7 +1323,7 @@ class VtksmoothAccessor:
         installation: pv.PolyData,
         *,
         iterations: int = 20,
-        fixed: str | None = None,
+        fixed: str | Sequence[int] | npt.NDArray[Any] | None = None,
         blend: str | None = None,
         max_displacement: str | None = 'SmoothingConstraints',
         boundary_labels: str | None = None,
@@ -1379,7 +1382,7 @@ class VtksmoothAccessor:
         iterations : int, default 20
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default None
-            Point array that is nonzero at points that must not move.
+            Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also a mask or numbers of points; as text points:0-14,20.
         blend : str, default None
             Point array of the part of each step that a point takes, 0 to 1; absent, all of it.
         max_displacement : str, default 'SmoothingConstraints'

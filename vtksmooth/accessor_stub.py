@@ -19,8 +19,10 @@ PATH = Path(__file__).with_name("accessor.pyi")
 
 _HEAD = '''"""Made by ``python -m vtksmooth.accessor_stub`` from the filters' declarations; do not edit."""
 
-from typing import Literal, overload
+from collections.abc import Sequence
+from typing import Any, Literal, overload
 
+import numpy.typing as npt
 import pyvista as pv
 
 from .filters import Filter
@@ -32,7 +34,7 @@ class VtksmoothAccessor:
     """{accessor}
     """
 
-    def __init__(self, mesh: pv.PolyData) -> None: ...
+    def __init__(self, mesh: pv.PolyData | pv.UnstructuredGrid | pv.MultiBlock) -> None: ...
 '''
 
 

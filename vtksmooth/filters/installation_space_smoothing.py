@@ -17,7 +17,7 @@ from .arrays import output_like, surface_of, vtk_array
 from .base import add_field
 from .installation_space_regions import InstallationSpaceRegions, classify
 from .laplacian_smoothing import LaplacianSmoothing
-from .parameter import AUTO, CONSTRAINTS, Parameter
+from .parameter import AUTO, Parameter
 from .places import Block
 from .signed_distance import Inside, opened, relative, touching_distance, used_points
 from .smoothing import BLEND_WEIGHT, FIXED, SmoothingFilter
@@ -73,13 +73,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     _split = False
 
     iterations = Parameter(20, "Most iterations to do.", low=0)
-    fixed = Parameter(
-        None,
-        "Point array that is nonzero at points that must not move.",
-        optional=True,
-        type=str,
-        group=CONSTRAINTS,
-    )
+    fixed = SmoothingFilter.fixed.with_default(None)
     blend = SmoothingFilter.blend.with_default(None)
     scheme = Parameter(
         "pairwise",

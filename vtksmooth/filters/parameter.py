@@ -13,7 +13,10 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Any
 
+import numpy as np
+
 from ..errors import ParameterError
+from .point_lists import format_selection
 
 #: Value of a parameter that the filter chooses by the mesh.
 AUTO = "auto"
@@ -55,6 +58,9 @@ class Parameter:
         What it belongs to where forms and help texts list it; empty: to what makes the filter.
     text : str
         What a str is that is no array's name, in a word; the help says how it is written.
+    points : bool
+        Whether a mask or numbers of points are allowed in place of an array's name; they become a text, see
+        :func:`~vtksmooth.filters.point_lists.format_selection`.
     only : mapping of str to sequence or "set", optional
         Other parameters and those of their values with which this one has a say, if it has not always; one
         of them is enough. Inputs of the filter may be among them, as "set". Where it has none, only its
@@ -91,11 +97,13 @@ class Parameter:
         codes: Mapping[int, str] | None = None,
         group: str = "",
         text: str = "",
+        points: bool = False,
         only: Mapping[str, tuple[Any, ...] | str] | None = None,
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
         self.automatic, self.group, self.text, self.only = automatic, group, text, dict(only or {})
+        self.points = points
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 
@@ -138,6 +146,7 @@ class Parameter:
         """The values allowed, as a type checker reads it."""
         literals: list[Any] = [*(self.choices or ()), *self.codes, *([AUTO] if self.automatic else [])]
         words = [] if self.choices else [self.type_name]
+        words += ["Sequence[int]", "npt.NDArray[Any]"] if self.points else []
         if literals:
             words.append(f"Literal[{', '.join(map(repr, literals))}]")
         return " | ".join([*words, *(["None"] if self.optional else [])])
@@ -193,6 +202,8 @@ class Parameter:
         elif self.type is str:
             if isinstance(value, str) and value:
                 return str(value)
+            if self.points and isinstance(value, (list, tuple, range, np.ndarray)):
+                return format_selection(self.name, value)
         else:
             number = self._number(value)
             if number is not None:

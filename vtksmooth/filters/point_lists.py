@@ -20,6 +20,8 @@ Int64 = npt.NDArray[np.int64]
 
 #: All points.
 ALL = "all"
+#: What a text begins with that stands for points where the name of an array may be.
+SELECTION = "points:"
 _BITS = "bits:"
 #: From this many ranges on bits are tried, which are shorter then.
 _MANY = 200
@@ -46,6 +48,51 @@ def format_points(points: npt.ArrayLike) -> str:
             return bits
     ranges = zip(first.tolist(), last.tolist(), strict=True)
     return ",".join(str(a) if a == b else f"{a}-{b}" for a, b in ranges)
+
+
+def format_selection(name: str, points: npt.ArrayLike) -> str:
+    """Return points chosen by a mask or by their numbers as a text; see :func:`parse_selection`.
+
+    Examples
+    --------
+    >>> format_selection("fixed", [True, False, True]), format_selection("fixed", [4, 5, 6])
+    ('points:0,2 of 3', 'points:4-6')
+    """
+    values = np.asarray(points)
+    if values.ndim == 1 and values.dtype == np.bool_ and len(values):
+        return f"{SELECTION}{format_points(np.flatnonzero(values))} of {len(values)}"
+    if values.shape == (0,):
+        return SELECTION
+    if values.ndim != 1 or values.dtype.kind not in "iu" or (values < 0).any():
+        raise ParameterError(
+            f"{name} must be the name of a point array, a mask (bool, one value for each point), or "
+            "numbers of points from 0 on."
+        )
+    if len(values) > 2 and values.max() <= 1:
+        raise ParameterError(
+            f"{name}: an array of 0 and 1 may be a mask or numbers of points; give a mask as bool, by "
+            "astype(bool)."
+        )
+    return f"{SELECTION}{format_points(values)}"
+
+
+def parse_selection(name: str, text: str, n: int) -> Int64:
+    """Return the points that a text of :func:`format_selection` names.
+
+    Raises
+    ------
+    ParameterError
+        The mask has another length than `n`, or there is no such point.
+
+    Examples
+    --------
+    >>> parse_selection("fixed", "points:0,2 of 3", 3).tolist()
+    [0, 2]
+    """
+    numbers, _, length = text.removeprefix(SELECTION).partition(" of ")
+    if length and length != str(n):
+        raise ParameterError(f"{name}: the mask has {length} values; the mesh has {n} points.")
+    return parse_points(name, numbers, n) if numbers else np.empty(0, np.int64)
 
 
 def parse_points(name: str, text: str, n: int) -> Int64:

@@ -42,6 +42,7 @@ from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS, labels_name, with_labels
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
 from .places import Joined, Merge
+from .point_lists import SELECTION, parse_selection
 from .signed_distance import Inside, opened
 
 #: Array that pins points when it is there and no other is named.
@@ -107,8 +108,10 @@ class SmoothingFilter(Filter):
 
     iterations = Parameter(10, "Most iterations to do.", low=0)
     fixed = Parameter(
-        FIXED, "Point array that is nonzero at points that must not move; absent, none is held.",
-        optional=True, type=str, group=CONSTRAINTS,
+        FIXED,
+        "Point array; points with a nonzero value stay fixed. If it is missing, no point is. In Python also "
+        "a mask or numbers of points; as text points:0-14,20.",
+        optional=True, type=str, points=True, group=CONSTRAINTS,
     )  # fmt: skip
     blend = Parameter(
         BLEND_WEIGHT, "Point array of the part of each step that a point takes, 0 to 1; absent, all of it.",
@@ -361,7 +364,7 @@ class SmoothingFilter(Filter):
     def merges(self) -> dict[str, Merge]:
         """Return what becomes of the arrays that the parameters name: what holds back most goes."""
         named = {
-            self.fixed: Merge("any"),
+            None if self._selects() else self.fixed: Merge("any"),
             self.blend: Merge("least", 1.0),
             self.max_displacement: Merge("least", np.inf),
             FEATURE_CLASS: Merge("greatest", None),
@@ -484,10 +487,28 @@ class SmoothingFilter(Filter):
 
         Those of ghost cells are among them: what is on the boundary between pieces is the same in each.
         """
-        held = self._point_array(source, "fixed")
+        held = self._selected(source) if self._selects() else self._point_array(source, "fixed")
         if self.whole is None or not self.whole.pinned.any():
             return held
         return self.whole.pinned if held is None else self.whole.pinned | (held != 0)
+
+    def _selects(self) -> bool:
+        return self.fixed is not None and self.fixed.startswith(SELECTION)
+
+    def _selected(self, source: Any) -> npt.NDArray[Any]:
+        """Return the points that `fixed` chooses by a mask or by numbers, as a mask."""
+        selected = np.zeros(source.GetNumberOfPoints(), np.bool_)
+        if self.whole is None:
+            selected[parse_selection("fixed", self.fixed, len(selected))] = True
+            return selected
+        if len(self.whole.blocks) > 1:
+            raise ParameterError(
+                "fixed: a mask or numbers of points are of one mesh; for meshes in blocks give the name of a "
+                "point array of theirs."
+            )
+        points = parse_selection("fixed", self.fixed, self.whole.starts[-1])
+        selected[self.whole.places_of(0, points)] = True
+        return selected
 
     def weights_of_steps(self, source: Any, held: npt.NDArray[Any] | None) -> npt.NDArray[Any] | None:
         """Return the part of each step that a point takes; None where those that may move take all of it."""
