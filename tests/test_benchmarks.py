@@ -7,6 +7,12 @@ import numpy as np
 import pytest
 
 from vtksmooth.files import writing
+from vtksmooth.filters.arrays import surface_of
+from vtksmooth.kernels.smoothing import loop
+from vtksmooth.kernels.smoothing.constraints.containment import Containment
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 
@@ -208,6 +214,20 @@ def test_what_is_lost_without_a_note_is_found(program, tmp_path, monkeypatch):
     lines = next(feature for feature in formats.FEATURES if feature.title == "lines")
     with pytest.raises(RuntimeError, match=r"\.off loses lines without a note"):
         formats.outcome(".off", lines, tmp_path, set())
+
+
+def test_exact_containment_forgets_what_it_allowed_where_another_bound_refuses(program):
+    # What separates a triangle from the walls was found for corners that then did not go there.
+    promises = program("promises")
+    mesh = surface_of(promises.random_mesh(np.random.default_rng((0, 3787)))).mesh
+    constraints = [
+        Containment(promises._space(mesh), 1e-9 * mesh.diagonal, exact=True),
+        NullSpace(),
+        DeviationBound(0.0003312202039362485),
+    ]
+    _, report = loop.smooth(mesh, Umbrella(), constraints, iterations=1, checked=True)
+    assert report.broken == []
+    assert report.moved > 0
 
 
 def test_the_page_on_promises_tells_what_is_declared(program, tmp_path):

@@ -266,6 +266,20 @@ def _round(vertices, corner_offsets, corners, slack, triangles, chosen):
                 slack[triangles[t, corner]] = 0.0
 
 
+@kernel
+def _give_up(vertices, corner_offsets, corners, row, held):
+    for v in vertices:
+        for c in range(corner_offsets[v], corner_offsets[v + 1]):
+            at = row[corners[c] // 3]
+            if at >= 0:
+                held[at] = 0
+
+
+def give_up(separation: Separation, vertices: npt.NDArray[np.int64]) -> None:
+    """Give up the planes of the triangles round some vertices."""
+    _give_up(vertices, separation.corner_offsets, separation.corners, separation.row, separation.held)
+
+
 def nothing_known(
     triangles: Int32, corner_offsets: Int32, corners: Int32, crossing: npt.NDArray[np.bool_]
 ) -> Separation:

@@ -22,7 +22,7 @@ _SHORTEST, _TRIALS = 1.0 / 16.0, 6
 
 
 @kernel
-def _stay_inside(starts, ends, points, pinned, guard, proposed):
+def _stay_inside(starts, ends, points, pinned, guard, proposed, tried, places):
     room = scratch()
     new = pending(guard)
     checked = 0
@@ -58,6 +58,9 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed):
                     good, count = stars_may_go(guard, points, v, -1, room, new)
                     if good:
                         settle(guard.separation, points, v, -1, new, count)
+                        tried[v] = True
+                        for axis in range(3):
+                            places[v, axis] = points[v, axis]
                     for axis in range(3):
                         points[v, axis] = old[axis]
                 if good:
@@ -129,19 +132,20 @@ class Containment(Constraint):
         self.guard = guard_of(
             self.space, np.column_stack((state.points, distance)), np.maximum(self.limit, distance),
             self.tolerance, separation=triangles,
-        )  # fmt: skip
-        # Who is near a wall will ask for it.
-        first = state.topology.offsets[:-1][state.topology.face_sizes > 1]
-        sides = state.points[state.topology.connectivity[first + 1]]
-        sides -= state.points[state.topology.connectivity[first]]
-        length = np.linalg.norm(sides, axis=1).sum() / max(1, len(sides))
-        self.guard.vicinities.wanted[:] = (state.pinned == 0) & (distance > -nearby_faces.REACH * length)
-        self.outside = int(np.count_nonzero(distance > self.tolerance))
-        self.checked = self.asked = 0
+        )  # fmt: skip # Who is near a wall will ask for it. first =
+        state.topology.offsets[:-1][state.topology.face_sizes > 1] sides =
+        state.points[state.topology.connectivity[first + 1]] sides -=
+        state.points[state.topology.connectivity[first]] length = np.linalg.norm(sides, axis=1).sum() / max(1,
+        len(sides)) self.guard.vicinities.wanted[:] = (state.pinned == 0) & (distance > -nearby_faces.REACH *
+        length) #: Vertices with steps that were admitted, and where these take them: what is known of
+        triangles is true #: only if they go there, and others may refuse. self._tried =
+        np.zeros(len(distance), np.bool_) self._places = np.empty((len(distance) if self.exact else 0, 3))
+        self.outside = int(np.count_nonzero(distance > self.tolerance)) self.checked = self.asked = 0
 
     def prepare(self, state: State) -> None:
         guard = self.guard
         if self.exact:
+            self._give_up(state.points)
             triangles = separating_planes.refreshed(
                 guard.separation, state.points, state.near, state.pinned, guard.known, guard.slack,
                 self.space, self.tolerance,
@@ -157,10 +161,20 @@ class Containment(Constraint):
         self.checked += checked
         self.asked += asked
 
+    def _give_up(self, proposed: Float64) -> None:
+        """Give up what was learned of triangles with corners that do not go where they were allowed to."""
+        tried = np.flatnonzero(self._tried)
+        gone = tried[(self._places[tried] != proposed[tried]).any(axis=1)]
+        separating_planes.give_up(self.guard.separation, gone)
+        self._tried[tried] = False
+
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        if self.exact:
+            self._give_up(proposed)
         results = parallel.run(
             _stay_inside, starts, ends,
-            state.points, state.pinned, self.guard, proposed, smallest_share=parallel.COSTLY,
+            state.points, state.pinned, self.guard, proposed, self._tried, self._places,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip
         for checked, asked in results:
             self.count(checked, asked)
@@ -168,8 +182,8 @@ class Containment(Constraint):
     def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
         allowed, guard = proposed.copy(), self.guard._replace(exact=False)
         parallel.run(
-            _stay_inside, rows, rows + 1, state.points, state.pinned, guard, allowed,
-            smallest_share=parallel.COSTLY,
+            _stay_inside, rows, rows + 1, state.points, state.pinned, guard, allowed, self._tried,
+            self._places, smallest_share=parallel.COSTLY,
         )  # fmt: skip
         found: npt.NDArray[np.bool_] = (allowed != proposed).any(axis=1)
         if self.exact:
@@ -180,6 +194,7 @@ class Containment(Constraint):
 
     def forget(self, state: State) -> None:
         self.guard.slack[:] = 0.0
+        self._tried[:] = False
         if self.exact:
             crossing = self.guard.separation.crossing
             near = state.near
