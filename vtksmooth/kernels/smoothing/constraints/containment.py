@@ -132,15 +132,19 @@ class Containment(Constraint):
         self.guard = guard_of(
             self.space, np.column_stack((state.points, distance)), np.maximum(self.limit, distance),
             self.tolerance, separation=triangles,
-        )  # fmt: skip # Who is near a wall will ask for it. first =
-        state.topology.offsets[:-1][state.topology.face_sizes > 1] sides =
-        state.points[state.topology.connectivity[first + 1]] sides -=
-        state.points[state.topology.connectivity[first]] length = np.linalg.norm(sides, axis=1).sum() / max(1,
-        len(sides)) self.guard.vicinities.wanted[:] = (state.pinned == 0) & (distance > -nearby_faces.REACH *
-        length) #: Vertices with steps that were admitted, and where these take them: what is known of
-        triangles is true #: only if they go there, and others may refuse. self._tried =
-        np.zeros(len(distance), np.bool_) self._places = np.empty((len(distance) if self.exact else 0, 3))
-        self.outside = int(np.count_nonzero(distance > self.tolerance)) self.checked = self.asked = 0
+        )  # fmt: skip
+        # Who is near a wall will ask for it.
+        first = state.topology.offsets[:-1][state.topology.face_sizes > 1]
+        sides = state.points[state.topology.connectivity[first + 1]]
+        sides -= state.points[state.topology.connectivity[first]]
+        length = np.linalg.norm(sides, axis=1).sum() / max(1, len(sides))
+        self.guard.vicinities.wanted[:] = (state.pinned == 0) & (distance > -nearby_faces.REACH * length)
+        # Vertices with steps that were admitted, and where these take them: what is known of triangles is
+        # true only if they go there, and others may refuse.
+        self._tried = np.zeros(len(distance), np.bool_)
+        self._places = np.empty((len(distance) if self.exact else 0, 3))
+        self.outside = int(np.count_nonzero(distance > self.tolerance))
+        self.checked = self.asked = 0
 
     def prepare(self, state: State) -> None:
         guard = self.guard
