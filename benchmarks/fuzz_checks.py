@@ -528,7 +528,8 @@ class Check:
         self.elements(exact, report)
         if exact and self.value("crease_angle") is not None:
             self.creases(size)
-        if self.value("self_intersection") == "none-new" and self.distinct():
+        cut = isinstance(self.algorithm, InstallationSpaceSmoothing) and self.before.triangles is None
+        if self.value("self_intersection") == "none-new" and self.distinct() and not cut:
             self.crossings()
         self.volumes(size, rounding, report)
 

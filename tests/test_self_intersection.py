@@ -309,3 +309,10 @@ def test_results_do_not_depend_on_the_number_of_threads():
     set_number_of_threads(0)
     assert len(results[0]) > 100
     assert np.array_equal(*results)
+
+
+def test_faces_of_two_corners_are_no_triangles():
+    line = pv.PolyData(np.array([[0.0, 0, 0], [1, 0, 0]]), [2, 0, 1])
+    check = SelfIntersection()
+    check(line)
+    assert check.summary["crossing_pairs"] == check.summary["degenerate_triangles"] == 0

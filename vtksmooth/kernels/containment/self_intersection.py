@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ...jit import parallel
 from ...jit.compiled import allocating, device, kernel, routine
-from ..distance.closest_point import LEAF, ClosestPoint, refitted
+from ..distance.closest_point import LEAF, refitted, tree_of
 from ..mesh.adjacency import Adjacency
 from ..mesh.mesh import Mesh
 from ..mesh.triangulate import cut
@@ -637,7 +637,7 @@ class SelfIntersections:
     def _boxes(self, points: Float64, triangles: Int32, asked: Bool) -> tuple[npt.NDArray[Any], ...]:
         """Return a tree of the triangles; one made before serves as long as these are the same."""
         if not self._tree or not self._mesh.only_triangles:
-            self._tree = ClosestPoint(Mesh.from_faces(points, triangles)).tree
+            self._tree = tree_of(points, triangles)
         else:
             self._tree = refitted(self._tree, points, asked)
         return self._tree

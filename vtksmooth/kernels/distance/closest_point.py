@@ -360,6 +360,16 @@ def _limit(starts, ends, tree, points, pinned, limit, proposed):
                 step *= 0.5
 
 
+def tree_of(points: Float64, faces: npt.NDArray[np.int32]) -> tuple[npt.NDArray[Any], ...]:
+    """Return a tree of triangles, (t, 3), as :func:`query` takes it."""
+    centre, order = np.empty((len(faces), 3)), np.empty(len(faces), np.int32)
+    parallel.run(_find_centres, *parallel.ranges(len(faces)), points, faces, centre)
+    node = np.empty((max(1, 2 * len(faces)), 3), np.int32)
+    node = node[: _build(centre, order, node)]
+    boxes = np.empty((2, len(node), 3))
+    return refitted((points, faces, order, *boxes, node), points, np.empty(0, np.bool_))
+
+
 class ClosestPoint:
     """A surface that can be asked for its closest points.
 
@@ -383,13 +393,7 @@ class ClosestPoint:
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        faces = triangles(mesh)
-        centre, order = np.empty((len(faces), 3)), np.empty(len(faces), np.int32)
-        parallel.run(_find_centres, *parallel.ranges(len(faces)), mesh.points, faces, centre)
-        node = np.empty((max(1, 2 * len(faces)), 3), np.int32)
-        node = node[: _build(centre, order, node)]
-        boxes = np.empty((2, len(node), 3))
-        self.tree = refitted((mesh.points, faces, order, *boxes, node), mesh.points, np.empty(0, np.bool_))
+        self.tree = tree_of(mesh.points, triangles(mesh))
 
     def query(self, queries: npt.ArrayLike) -> tuple[Float64, Float64]:
         """Return the closest points (q, 3) and their distances (q,) of (q, 3) `queries`."""
