@@ -28,6 +28,7 @@ from vtksmooth.filters import (
     SurfaceQuality,
     ValenceTriangulation,
 )
+from vtksmooth.filters.usual_measures import USUAL_MEASURES
 
 Random = np.random.Generator
 Float64 = npt.NDArray[np.float64]
@@ -36,7 +37,7 @@ Float64 = npt.NDArray[np.float64]
 _WRITTEN = {
     "AspectRatio", "NormalDeviation", "DihedralChange", "Displacement", "Deviation", "FeatureClass",
     "RidgeNeighbours", "EigenvalueRatios", "Fixed", "BlendWeight", "OriginalCell", "SignedDistance",
-    "AddedFeatureEdges", "RemovedFeatureEdges",
+    "AddedFeatureEdges", "RemovedFeatureEdges", *USUAL_MEASURES,
 }  # fmt: skip
 
 #: Parameters by which a constraint is switched on, and the values that leave it off.

@@ -39,6 +39,7 @@ class VtksmoothAccessor:
         self,
         *,
         boundary_labels: str | None = 'BoundaryLabels',
+        usual_measures: bool = True,
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -49,10 +50,17 @@ class VtksmoothAccessor:
         against the surface round them (the sum of their vertices' area-weighted normals); -1 at least.
         Cells that are no faces (verts, lines) have 1 and do not enter the summary.
 
+        The usual measures, of triangles and quadrilaterals, are those of VTK's Verdict, cell arrays too:
+        ``MinAngle`` and ``MaxAngle`` in degrees, ``EdgeRatio`` and ``RadiusRatio`` (1 is best, larger is worse),
+        ``Skewness`` (of angles: 0 is best, 1 is worst) and ``ScaledJacobian`` (1 is best, 0 and less is
+        degenerate or concave). Other cells have NaN.
+
         Parameters
         ----------
         boundary_labels : str, default 'BoundaryLabels'
             Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
+        usual_measures : bool, default True
+            Add the smallest and largest angle, edge ratio, radius ratio, skewness and scaled Jacobian as well.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False

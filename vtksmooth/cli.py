@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: The commands, and what each does.
 COMMANDS = {
     "demo": "improve real meshes, with tables and pictures of before and after",
-    "quality": "measure the aspect ratio of every face",
+    "quality": "measure the quality of every face: k and the usual measures",
     "compare": "measure what smoothing changed",
     "report": "show a mesh before and after on a page, as HTML or PDF",
     "run": "run a recipe on many meshes",
@@ -417,9 +417,12 @@ class _Run:
     def quality(self) -> None:
         from .filters import SurfaceQuality
 
-        summary = self._filtered(SurfaceQuality(), self._read(self.options.mesh))[0].summary
+        options = self.options
+        algorithm = SurfaceQuality(**{name: getattr(options, name) for name in SurfaceQuality.parameters()})
+        summary = self._filtered(algorithm, self._read(options.mesh))[0].summary
         if not self._json(summary):
-            _print_table([(self.options.mesh.name, summary)])
+            _print_table([(options.mesh.name, summary)])
+            _print_usual_measures(summary.get("usual_measures", {}))
 
     def compare(self) -> None:
         from .filters import SurfaceComparison, SurfaceQuality
@@ -428,7 +431,7 @@ class _Run:
         summary = self._filtered(SurfaceComparison(), result, original)[0].summary
         if self._json(summary):
             return
-        before = self._filtered(SurfaceQuality(), original)[0].summary
+        before = self._filtered(SurfaceQuality(usual_measures=False), original)[0].summary
         _print_table([(self.options.original.name, before), (self.options.result.name, summary)])
         _print_changes(summary)
 
@@ -634,6 +637,17 @@ def _print_table(rows: Sequence[tuple[str, dict[str, Any]]]) -> None:
             f"{name:<{max(width, 17)}}{shares}{ratio['min']:9.3f}{ratio['mean']:9.3f}"
             f"{summary['inverted']:10d}"
         )
+
+
+def _print_usual_measures(measures: dict[str, dict[str, float | None]]) -> None:
+    """Print the range and the mean of Verdict's measures, where faces have them."""
+    known = {key: values for key, values in measures.items() if values["mean"] is not None}
+    if known:
+        print(f"\n{'triangles and quads':<22}{'min':>12}{'mean':>12}{'max':>12}")
+    for key, values in known.items():
+        name = key.replace("_", " ") + (", deg" if "angle" in key else "")
+        shown = (figure(value) for value in values.values() if value is not None)
+        print(f"{name:<22}{''.join(f'{value:>12}' for value in shown)}")
 
 
 def _print_changes(summary: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from vtkmodules.vtkFiltersGeneral import vtkCurvatures
 from vtksmooth.filters import FILTERS, Filter, SelfIntersection, SurfaceComparison, SurfaceQuality
 from vtksmooth.filters.smoothing import ADDED_EDGES, REMOVED_EDGES
 from vtksmooth.filters.surface_quality import faces_with_area, summary_of
+from vtksmooth.filters.usual_measures import USUAL_MEASURES
 from vtksmooth.kernels.measures import aspect_ratio
 from vtksmooth.kernels.mesh import adjacency
 
@@ -187,6 +188,36 @@ OVERLAYS: tuple[Overlay, ...] = (
         "Signed distance to another layer, which encloses a volume: negative inside.",
         "", "other", (-0.002, 0.0, 0.002), True, kind="diverging",
     ),
+    Overlay(
+        "min-angle", "Smallest angle", "MinAngle", "usual-measures",
+        "Smallest angle of a triangle or quadrilateral: 60° or 90° is best.",
+        "deg", thresholds=(30.0, 20.0, 10.0), span=(0.0, 90.0),
+    ),
+    Overlay(
+        "max-angle", "Largest angle", "MaxAngle", "usual-measures",
+        "Largest angle of a triangle or quadrilateral: 60° or 90° is best.",
+        "deg", thresholds=(110.0, 130.0, 150.0), span=(60.0, 180.0),
+    ),
+    Overlay(
+        "edge-ratio", "Edge ratio", "EdgeRatio", "usual-measures",
+        "Longest edge of a face over its shortest: 1 is best.",
+        thresholds=(2.0, 4.0, 8.0),
+    ),
+    Overlay(
+        "radius-ratio", "Radius ratio", "RadiusRatio", "usual-measures",
+        "Circumscribed over inscribed circle, as VTK's Verdict has it: 1 is best.",
+        thresholds=(1.5, 3.0, 6.0),
+    ),
+    Overlay(
+        "skewness", "Skewness", "Skewness", "usual-measures",
+        "How far the angles are from those of a regular face: 0 is best, 1 is worst.",
+        thresholds=(0.5, 0.75, 0.9), span=(0.0, 1.0),
+    ),
+    Overlay(
+        "scaled-jacobian", "Scaled Jacobian", "ScaledJacobian", "usual-measures",
+        "1 for squares and equilateral triangles, 0 and less for degenerate and concave faces.",
+        thresholds=(0.6, 0.4, 0.2), span=(0.0, 1.0),
+    ),
 )  # fmt: skip
 
 
@@ -238,7 +269,7 @@ def _quality(subject: Subject, run: Run) -> dict[str, Field]:
     """Measure k against the directions of the mesh before, as comparisons do; or against its own."""
     state, before = subject.state, subject.reference
     if before is None:
-        filter = run(SurfaceQuality(), state.input())
+        filter = run(SurfaceQuality(usual_measures=False), state.input())
         state.summaries["quality", None] = filter.summary
         return _fields(state, filter.GetOutput(), ["AspectRatio"])
     assert state.surface is not None
@@ -251,6 +282,11 @@ def _quality(subject: Subject, run: Run) -> dict[str, Field]:
         state.surface, adjacency.build(mesh), faces_with_area(mesh, k)
     )
     return {"aspect-ratio": Field(k, False, state.surface, True).prepare()}
+
+
+def _usual_measures(subject: Subject, run: Run) -> dict[str, Field]:
+    filter = run(SurfaceQuality(), subject.state.input())
+    return _fields(subject.state, filter.GetOutput(), list(USUAL_MEASURES))
 
 
 def _comparison(subject: Subject, run: Run) -> dict[str, Field]:
@@ -328,6 +364,7 @@ def _difference(subject: Subject, run: Run) -> dict[str, Field]:
 #: How the values come to be; one source may serve several overlays.
 SOURCES: dict[str, Callable[[Subject, Run], dict[str, Field]]] = {
     "quality": _quality,
+    "usual-measures": _usual_measures,
     "comparison": _comparison,
     "features": _features,
     "array": _array,

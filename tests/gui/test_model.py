@@ -20,7 +20,7 @@ from vtksmooth_gui.model.document import Document  # noqa: E402
 from vtksmooth_gui.model.draft import Draft  # noqa: E402
 from vtksmooth_gui.model.field import Field  # noqa: E402
 from vtksmooth_gui.model.layer import Role  # noqa: E402
-from vtksmooth_gui.model.overlays import share  # noqa: E402
+from vtksmooth_gui.model.overlays import OVERLAYS, Subject, compute, share  # noqa: E402
 from vtksmooth_gui.model.replay import Replay  # noqa: E402
 from vtksmooth_gui.model.selection import face_points, faces_as_mesh  # noqa: E402
 from vtksmooth_gui.model.state import State  # noqa: E402
@@ -387,3 +387,20 @@ def test_fields_find_what_a_plain_loop_finds(values, low_is_bad, low):
     ]
     assert field.of_faces.tolist() == expected
     assert field.faces_between(1.0, 1.0).tolist() == [i for i in range(len(values)) if i <= 1]
+
+
+@pytest.mark.parametrize("one", [one for one in OVERLAYS if one.source == "usual-measures"])
+def test_usual_measures_are_overlays_with_thresholds(one):
+    def run(algorithm, *meshes):
+        algorithm(*meshes)
+        return algorithm
+
+    sliver = pv.PolyData(
+        [[0.0, 0, 0], [1, 0, 0], [0.5, 0.75**0.5, 0], [0.02, -0.002, 0]], [3, 0, 1, 2, 3, 1, 0, 3]
+    )
+    state = State(sliver)
+    field = compute(one, Subject(state), run)
+    good, warning, bad = one.default_thresholds(Subject(state), field)
+    assert (good > warning > bad) == one.low_is_bad
+    assert field.faces_beyond(bad).tolist() == field.worst[:1].tolist() == [1]
+    assert not one.low_is_bad or field.values[0] >= good

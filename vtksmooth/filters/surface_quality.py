@@ -1,7 +1,8 @@
-"""SurfaceQuality: the signed aspect ratio of every face."""
+"""SurfaceQuality: the signed aspect ratio of every face, and the usual measures."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,8 @@ from ..kernels.mesh.mesh import Mesh
 from .arrays import Surface, output_like, surface_of, vtk_array
 from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS_PARAMETER, Labels, labels_name, with_labels
+from .parameter import Parameter
+from .usual_measures import USUAL_MEASURES, summary_of_measure, usual_measure
 
 ASPECT_RATIO = "AspectRatio"
 
@@ -58,6 +61,22 @@ def add_aspect_ratio(output: vtkPolyData, surface: Surface, k: np.ndarray) -> No
     output.GetCellData().AddArray(vtk_array(values, ASPECT_RATIO))
 
 
+def add_usual_measures(output: vtkPolyData, surface: Surface, progress: Callable[[float], None]) -> Any:
+    """Add the usual measures as cell arrays, NaN where a cell has none, and return their summary.
+
+    A strip has the worst value of its triangles.
+    """
+    summary = {}
+    for number, (name, measure) in enumerate(USUAL_MEASURES.items()):
+        progress(number / len(USUAL_MEASURES))
+        values = usual_measure(surface.mesh, name)
+        summary[measure.key] = summary_of_measure(values)
+        of_cells = np.full(surface.n_cells, np.nan)
+        (np.fmin if measure.low_is_bad else np.fmax).at(of_cells, surface.cells, values)
+        output.GetCellData().AddArray(vtk_array(of_cells, name))
+    return summary
+
+
 def faces_with_area(mesh: Mesh, k: np.ndarray) -> np.ndarray:
     """Return k of the faces that have three corners or more: polygons of two corners are no faces."""
     proper = k[mesh.face_sizes >= 3]
@@ -71,6 +90,11 @@ class SurfaceQuality(Filter):
     ones too. 0 for degenerate faces, negative for concave quadrilaterals and polygons, and for faces turned
     against the surface round them (the sum of their vertices' area-weighted normals); -1 at least.
     Cells that are no faces (verts, lines) have 1 and do not enter the summary.
+
+    The usual measures, of triangles and quadrilaterals, are those of VTK's Verdict, cell arrays too:
+    ``MinAngle`` and ``MaxAngle`` in degrees, ``EdgeRatio`` and ``RadiusRatio`` (1 is best, larger is worse),
+    ``Skewness`` (of angles: 0 is best, 1 is worst) and ``ScaledJacobian`` (1 is best, 0 and less is
+    degenerate or concave). Other cells have NaN.
 
     Attributes
     ----------
@@ -94,6 +118,10 @@ class SurfaceQuality(Filter):
     measures = True
 
     boundary_labels = BOUNDARY_LABELS_PARAMETER.with_default(BOUNDARY_LABELS_PARAMETER.default)
+    usual_measures = Parameter(
+        True,
+        "Add the smallest and largest angle, edge ratio, radius ratio, skewness and scaled Jacobian as well.",
+    )
 
     def joins_all(self, block: Any) -> bool:
         """Return whether the faces have labels: then walls between others may meet at a place."""
@@ -106,13 +134,17 @@ class SurfaceQuality(Filter):
         surface = surface_of(source)
         mesh, names = with_labels(source, surface, labels_name(source, self.boundary_labels))
         near = adjacency.build(mesh)
-        self.progress(0.4)
+        self.progress(0.2)
         k = aspect_ratio.aspect_ratios(mesh, aspect_ratio.reference_directions(mesh))
-        self.progress(0.8)
+        self.progress(0.4)
         self.summary = summary_of(replace(surface, mesh=mesh), near, faces_with_area(mesh, k), names)
         self.summary["points"] = self.points_given(source)
         output = output_like(source)
         add_aspect_ratio(output, surface, k)
+        if self.usual_measures:
+            self.summary["usual_measures"] = add_usual_measures(
+                output, surface, lambda done: self.progress(0.4 + 0.6 * done)
+            )
         add_field(output, "AspectRatioMin", self.summary["aspect_ratio"]["min"])
         add_field(output, "AspectRatioMean", self.summary["aspect_ratio"]["mean"])
         add_field(output, "AspectRatioHistogram", self.summary["aspect_ratio"]["histogram"])
