@@ -1,4 +1,4 @@
-"""``mesh.vtksmooth``: the filters as methods of ``pyvista.PolyData``.
+"""``mesh.vtksmooth``, ``image.vtksmooth``: the filters as methods of PyVista's datasets.
 
 PyVista finds the accessor by itself when the package is installed. The methods are made from the
 filters' parameter declarations; so is ``accessor.pyi``, which type checkers and editors read, by
@@ -19,7 +19,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
-from .filters import FILTERS, INPUTS, Filter
+from .filters import FILTERS, INPUTS, OF_IMAGES, Filter
 from .filters.point_lists import format_selection, parse_selection
 
 #: Length of the progress bar, letters.
@@ -125,6 +125,12 @@ True
 >>> int(check.field_data["CrossingPairs"][0]), check["SelfIntersection"].tolist()
 (8, [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0, 0])
 """,
+    "segmentation_surface": """
+>>> frog = pv.read(pv.examples.frogtissuesfile).extract_subset((200, 240, 170, 210, 50, 80))
+>>> surface = frog.vtksmooth.segmentation_surface()
+>>> surface.is_all_triangles, surface["BoundaryLabels"].shape[1]
+(True, 2)
+""",
 }
 
 
@@ -136,11 +142,12 @@ def method_name(cls: type[Filter]) -> str:
 def _method(cls: type[Filter]) -> Callable[..., Any]:
     name = method_name(cls)
     others, optional = cls.inputs[1:], cls.optional_inputs
+    of_image = cls in OF_IMAGES
     # What else a filter makes is returned on demand: return_lines=True.
     further = [f"return_{output}" for output in cls.outputs[1:]]
 
     def method(
-        self: VtksmoothAccessor,
+        self: VtksmoothAccessor | VtksmoothImageAccessor,
         *meshes: Any,
         inplace: bool = False,
         progress_bar: bool = False,
@@ -153,7 +160,7 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
             )
         given += [parameters.pop(name, None) for name in optional]
         mesh = self._mesh
-        if not isinstance(mesh, pv.PolyData):
+        if not (of_image or isinstance(mesh, pv.PolyData)):
             if inplace:
                 raise TypeError(
                     f"{name}() cannot change a {type(mesh).__name__} in place; leave out inplace=True."
@@ -165,7 +172,8 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
         return returned if len(returned) > 1 else returned[0]
 
     kind = inspect.Parameter
-    method.__name__, method.__qualname__ = name, f"VtksmoothAccessor.{name}"
+    home = "VtksmoothImageAccessor" if of_image else "VtksmoothAccessor"
+    method.__name__, method.__qualname__ = name, f"{home}.{name}"
     method.__doc__ = _documentation(cls)
     method.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [
@@ -178,10 +186,10 @@ def _method(cls: type[Filter]) -> Callable[..., Any]:
             ),
             *(
                 kind(name, kind.KEYWORD_ONLY, default=False, annotation="bool")
-                for name in (*further, "inplace", "progress_bar")
+                for name in (*further, *([] if of_image else ["inplace"]), "progress_bar")
             ),
         ],
-        return_annotation="pv.PolyData",
+        return_annotation="pv.PolyData | pv.MultiBlock" if of_image else "pv.PolyData",
     )
     return method
 
@@ -201,13 +209,13 @@ def _documentation(cls: type[Filter]) -> str:
             f"return_{output} : bool, default False\n    Return a tuple of the mesh and the {output}."
         )
         returned += f" With ``return_{output}`` a tuple of it and the {output}."
-    parameters += [
-        "inplace : bool, default False\n    Change the mesh itself and return it.",
-        "progress_bar : bool, default False\n    Show progress.",
-    ]
+    if cls not in OF_IMAGES:
+        parameters.append("inplace : bool, default False\n    Change the mesh itself and return it.")
+    parameters.append("progress_bar : bool, default False\n    Show progress.")
+    kind = "pyvista.PolyData or pyvista.MultiBlock" if cls in OF_IMAGES else "pyvista.PolyData"
     shown = {
         "Parameters": "\n".join(parameters),
-        "Returns": f"pyvista.PolyData\n    {returned}",
+        "Returns": f"{kind}\n    {returned}",
         "Guarantees": sections.get("Guarantees"),
         "Examples": f">>> import pyvista as pv{_EXAMPLES[method_name(cls)].rstrip()}",
     }
@@ -311,3 +319,30 @@ class VtksmoothAccessor:
 
 for _filter in FILTERS:
     setattr(VtksmoothAccessor, method_name(_filter), _method(_filter))
+
+
+@pv.register_dataset_accessor("vtksmooth", pv.ImageData)
+class VtksmoothImageAccessor:
+    """The filters that make a surface of an image: ``image.vtksmooth.segmentation_surface()``.
+
+    Parameters are keywords, as those of :class:`VtksmoothAccessor`; figures are in the result's field data.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import pyvista as pv
+    >>> image = pv.ImageData(dimensions=(8, 8, 8))
+    >>> labels = np.zeros((8, 8, 8), np.uint8)
+    >>> labels[2:6, 2:6, 2:4], labels[2:6, 2:6, 4:6] = 1, 2
+    >>> image["labels"] = labels.ravel(order="F")
+    >>> surface = image.vtksmooth.segmentation_surface(iterations=5)
+    >>> surface.field_data["LabelVolumes"].round(12).tolist()
+    [32.0, 32.0]
+    """
+
+    def __init__(self, image: pv.ImageData) -> None:
+        self._mesh = image
+
+
+for _filter in OF_IMAGES:
+    setattr(VtksmoothImageAccessor, method_name(_filter), _method(_filter))

@@ -11,8 +11,8 @@ import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
-from .accessor import VtksmoothAccessor, method_name
-from .filters import FILTERS, Filter
+from .accessor import VtksmoothAccessor, VtksmoothImageAccessor, method_name
+from .filters import FILTERS, OF_IMAGES, Filter
 
 #: Where the stub belongs.
 PATH = Path(__file__).with_name("accessor.pyi")
@@ -37,6 +37,14 @@ class VtksmoothAccessor:
     def __init__(self, mesh: pv.PolyData | pv.UnstructuredGrid | pv.MultiBlock) -> None: ...
 '''
 
+_IMAGES = '''
+class VtksmoothImageAccessor:
+    """{accessor}
+    """
+
+    def __init__(self, image: pv.ImageData) -> None: ...
+'''
+
 
 def stub() -> str:
     """Return the stub.
@@ -47,12 +55,14 @@ def stub() -> str:
     True
     """
     head = _HEAD.format(method_name=method_name.__doc__, accessor=(VtksmoothAccessor.__doc__ or "").rstrip())
-    return head + "".join(text for cls in FILTERS for text in _definitions(cls))
+    images = _IMAGES.format(accessor=(VtksmoothImageAccessor.__doc__ or "").rstrip())
+    of_meshes, of_images = ("".join(map("".join, map(_definitions, each))) for each in (FILTERS, OF_IMAGES))
+    return head + of_meshes + images + of_images
 
 
 def _definitions(cls: type[Filter]) -> Iterator[str]:
     """Yield a method's definition; where flags decide what is returned, one for each choice."""
-    method = getattr(VtksmoothAccessor, method_name(cls))
+    method = getattr(VtksmoothImageAccessor if cls in OF_IMAGES else VtksmoothAccessor, method_name(cls))
     signature = inspect.signature(method)
     flags = [f"return_{output}" for output in cls.outputs[1:]]
     document = textwrap.indent(inspect.getdoc(method) or "", "    ").lstrip()
@@ -72,7 +82,7 @@ def _definitions(cls: type[Filter]) -> Iterator[str]:
             if parameter.default is parameter.empty:
                 default = ""
             lines.append(f"    {parameter.name}: {annotation}{default},")
-        meshes = ["pv.PolyData"] * (1 + sum(choice))
+        meshes = [str(signature.return_annotation)] * (1 + sum(choice))
         returned = meshes[0] if len(meshes) == 1 else f"tuple[{', '.join(meshes)}]"
         lines += [f") -> {returned}:", f'    """{document}\n    """', ""]
         yield "\n" + textwrap.indent("\n".join(lines), "    ")
