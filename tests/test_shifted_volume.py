@@ -5,17 +5,22 @@ import reference
 
 from vtksmooth.jit import parallel
 from vtksmooth.kernels.measures import aspect_ratio
-from vtksmooth.kernels.measures.shifted_volume import shifted_volume
+from vtksmooth.kernels.measures.shifted_volume import ShiftedVolume
+from vtksmooth.kernels.mesh import adjacency
 
 NAMES = [*meshes.USUAL, *(name for name in meshes.HOSTILE if name != "all_points_the_same")]
 
 
-def shifted(mesh, seed, reach, origin=(0.0, 0.0, 0.0)):
+def shifted(mesh, seed, reach, origin=(0.0, 0.0, 0.0), anywhere=False):
+    near = adjacency.build(mesh)
     direction = np.random.default_rng(seed).normal(size=mesh.points.shape)
+    pinned = np.zeros(mesh.n_points, np.uint8) if anywhere else (near.kinds != 0).astype(np.uint8)
+    direction[pinned != 0] = 0.0
     area = np.empty((mesh.n_faces, 3))
     frozen = aspect_ratio.reference_directions(mesh)
-    found = shifted_volume(mesh, mesh.points, direction, frozen, np.array(origin), reach, area)
-    return *found, direction, area
+    volume = ShiftedVolume(mesh, near, pinned, frozen, np.array(origin))
+    volume.along(direction)
+    return *volume(mesh.points, reach, area), direction, area
 
 
 def cones(mesh):
@@ -28,10 +33,12 @@ def cones(mesh):
     return total
 
 
+@pytest.mark.parametrize("anywhere", [False, True])
 @pytest.mark.parametrize("name", NAMES)
-def test_the_cubic_is_the_volume_of_the_shifted_mesh(name):
+def test_the_cubic_is_the_volume_of_the_shifted_mesh(name, anywhere):
+    # Vertices shift where the faces round them close up, or wherever they are.
     mesh = {**meshes.USUAL, **meshes.HOSTILE}[name]()
-    cubic, _, direction, area = shifted(mesh, 1, 0.0)
+    cubic, _, direction, area = shifted(mesh, 1, 0.0, anywhere=anywhere)
     size = np.abs(mesh.points[mesh.used_points]).max()
     for step in (0.0, 0.1, -0.7, 2.0):
         after = mesh.with_points(mesh.points + step * direction)
@@ -63,7 +70,10 @@ def test_inverted_faces_are_doubtful():
         mesh = meshes.sheet(9, 7, kind, jitter=0.9)
         frozen = aspect_ratio.reference_directions(meshes.sheet(9, 7, kind))
         still = np.zeros_like(mesh.points)
-        doubtful = shifted_volume(mesh, mesh.points, still, frozen, np.zeros(3), 0.0, np.empty((0, 3)))[1]
+        near = adjacency.build(mesh)
+        volume = ShiftedVolume(mesh, near, (near.kinds != 0).astype(np.uint8), frozen, np.zeros(3))
+        volume.along(still)
+        doubtful = volume(mesh.points, 0.0, np.empty((0, 3)))[1]
         inverted = int((aspect_ratio.aspect_ratios(mesh, frozen) < 0).sum())
         assert 0 < inverted <= doubtful < mesh.n_faces
 

@@ -250,6 +250,8 @@ class Disposal:
     def beyond(self, state: State, proposed: Float64) -> npt.NDArray[np.bool_]:
         """Return which vertices a limit would not let go to `proposed`, all at the same time, (n,)."""
         found = np.zeros(len(proposed), bool)
+        if not self._limiting:
+            return found
         starts, ends = parallel.ranges(len(proposed))
         for constraint in self._limiting:
             allowed = proposed.copy()

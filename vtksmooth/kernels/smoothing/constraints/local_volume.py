@@ -14,7 +14,7 @@ from ....jit.simd import WIDTH, gather, pack, select, spread, unpack
 from ....report import RunReport
 from ...measures.aspect_ratio import area_vectors
 from ...measures.comparison import has_walls, swept_at_corners
-from ...measures.shifted_volume import shifted_volume
+from ...measures.shifted_volume import ShiftedVolume
 from ...measures.swept_volume import sweep_face, triangle_shares, volume_gradient
 from ...mesh.adjacency import BOUNDARY
 from ...mesh.regions import components
@@ -27,10 +27,14 @@ from .null_space import directions, normals_for
 #: unstable (3.2).
 _SMALLEST_COSINE = 0.05
 
+#: Rounding of a number near 1.
+_EPS = float(np.finfo(float).eps)
+
 #: Most Newton steps to close the volume, and where boundaries have moved.
 _CLOSINGS, _SECANTS = 4, 12
 
-#: In how many passes at first, and in which one of so many later, normals are renewed for the equal step.
+#: Normals for the equal step are renewed after so many passes, and each time so many times as many later: the
+#: longer the surface has been smoothed, the less they turn.
 _RENEWED = 8
 
 #: Most solutions tried for a step: with vertices beyond a limit that keep what they were allowed before the
@@ -225,27 +229,6 @@ def _shift(starts, ends, body, step, direction, answer, after):
 
 
 @kernel
-def _normals(starts, ends, near, triangles, pinned, area, direction):
-    # Unit vectors along the derivative of the volume, for faces that are triangles; 0 for who stays.
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            x = 0.0
-            y = 0.0
-            z = 0.0
-            for row in range(near.corner_offsets[v], 0 if pinned[v] else near.corner_offsets[v + 1]):
-                c = np.uint32(near.corners[row])
-                f = c // np.uint32(3) if triangles else np.uint32(near.corner_face[c])
-                x += area[f, 0]
-                y += area[f, 1]
-                z += area[f, 2]
-            length = np.sqrt(x * x + y * y + z * z)
-            scale = 1.0 / length if length > 0.0 else 0.0
-            direction[v, 0] = scale * x
-            direction[v, 1] = scale * y
-            direction[v, 2] = scale * z
-
-
-@kernel
 def _shift_all(starts, ends, step, direction, after):
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
@@ -268,7 +251,7 @@ def _root(cubic: Float64) -> float:
             break
         change = (c + step * (b + step * (a + d * step))) / slope
         step -= change
-        if abs(change) <= np.finfo(float).eps * abs(step):
+        if abs(change) <= _EPS * abs(step):
             return step
     return np.nan
 
@@ -409,10 +392,13 @@ class LocalVolume(Constraint):
             or state.in_place or self._bodies > 1
         )  # fmt: skip
         if self._quick:
-            self._vectors, self._passes = np.empty((m, 3)), 0
+            self._passes, self._renewal, self._reach = 0, _RENEWED, 0.0
             used = state.points[state.topology.connectivity]
-            self._origin, self._reach = 0.5 * (used.min(axis=0) + used.max(axis=0)), 0.0
-            self._enclosed = self._shifted(state, state.points, np.zeros((n, 3)), self._vectors)[0][0]
+            origin = 0.5 * (used.min(axis=0) + used.max(axis=0))
+            self._shifted = ShiftedVolume(state.topology, state.near, state.pinned, state.reference, origin)
+            self._vectors = area_vectors(state.mesh)
+            self._shifted.along_normals(self._vectors)
+            self._enclosed = self._shifted(state.points, 0.0, self._vectors[:0])[0][0]
 
     def closing(self) -> Constraint | None:
         if len(self.flux):
@@ -440,7 +426,7 @@ class LocalVolume(Constraint):
         largest = np.abs(state.points[topology.connectivity]).max(initial=0.0)
         of_corners = np.repeat(areas, topology.face_sizes)
         area = np.array([of_corners.sum()]) if self._bodies == 1 else self._of_bodies(of_corners)
-        self._tolerance = 4.0 * np.finfo(float).eps * largest * area
+        self._tolerance = 4.0 * _EPS * largest * area
 
     def _of_bodies(self, of_corners: Float64) -> Float64:
         return np.bincount(self._corner_body, of_corners, self._bodies).astype(np.float64)
@@ -464,44 +450,32 @@ class LocalVolume(Constraint):
 
     # -- all at once, an equal step of all alone -----------------------------------------------------
 
-    def _shifted(
-        self, state: State, after: Float64, direction: Float64, area: Float64
-    ) -> tuple[Float64, int]:
-        return shifted_volume(
-            state.topology, after, direction, state.reference, self._origin, self._reach, area
-        )
-
     def _close_at_once(self, state: State, before: Float64, proposed: Float64, beyond: Beyond) -> bool:
         """Close the volume by one step that is known beforehand; return whether nothing is against that.
 
         Along the normals of the mesh that an earlier pass proposed. They hardly turn once the first passes
         are done, and are renewed now and then.
         """
-        vertices = parallel.ranges(len(proposed))
-        if len(self._area_kept(-1)):
-            parallel.run(
-                _normals, *vertices, state.near, state.topology.only_triangles, state.pinned, self._vectors,
-                self._direction,
-            )  # fmt: skip
-        cubic, doubtful = self._shifted(state, proposed, self._direction, self._area_kept(0))
+        if self._passes == self._renewal:
+            self._shifted.along_normals(self._vectors)
+            self._renewal *= _RENEWED
         self._passes += 1
+        # Areas are written down where the next pass will ask for them.
+        area = self._vectors if self._passes == self._renewal else self._vectors[:0]
+        cubic, doubtful = self._shifted(proposed, self._reach, area)
         cubic[0] -= self._enclosed
         step = _root(cubic)
         if not np.isfinite(step):
             return False
-        parallel.run(_shift_all, *vertices, step, self._direction, proposed)
+        vertices = parallel.ranges(len(proposed))
+        parallel.run(_shift_all, *vertices, step, self._shifted.direction, proposed)
         doubtful += abs(step) > self._reach
         self._reach = 4.0 * abs(step)
         if (doubtful and any_inverted(state, before, proposed)) or beyond(state, proposed).any():
-            parallel.run(_shift_all, *vertices, -step, self._direction, proposed)
+            parallel.run(_shift_all, *vertices, -step, self._shifted.direction, proposed)
             return False
         self._left = np.zeros(1)
         return True
-
-    def _area_kept(self, later: int) -> Float64:
-        """Return where the areas of this or a later pass go: nowhere if the next pass will not ask."""
-        number = self._passes + later
-        return self._vectors if number < _RENEWED or number % _RENEWED == 0 else self._vectors[:0]
 
     # -- all at once -------------------------------------------------------------------------------
 
