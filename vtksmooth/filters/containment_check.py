@@ -100,7 +100,7 @@ class ContainmentCheck(Filter):
         """Check one polydata."""
         source, installation = inputs
         self.progress(0.0, "measuring distances")
-        mesh, space, tolerance = opened(source, installation, self.tolerance_fraction)
+        mesh, space, tolerance, _ = opened(source, installation, self.tolerance_fraction)
         triangles, face = triangulate(mesh)
         self.notes += space.notes
         distances = np.full(mesh.n_points, np.nan)

@@ -63,7 +63,7 @@ class InstallationSpaceRegions(Filter):
         """Classify one polydata."""
         source, installation = inputs
         self.progress(0.0, "measuring distances")
-        mesh, space, contact = opened(source, installation, self.contact_fraction)
+        mesh, space, contact, _ = opened(source, installation, self.contact_fraction)
         self.notes += space.notes
         fixed, weights, self.summary = classify(
             mesh, self.copies(source), space.tree, contact, self.blend_rings, self.progress

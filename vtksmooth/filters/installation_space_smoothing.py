@@ -126,18 +126,20 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         inside, copies = opened(source, installation, self.tolerance_fraction), self.copies(source)
         triangles, held, weights, summary = self._with_regions(source, installation, inside, copies)
         self.progress(0.1, "looking for crossings")
-        before = _violations(inside.mesh, copies, inside)
+        before = _measured(inside.mesh, inside)
+        inside = inside._replace(measured=before)
         low, high = self._share
         self._share = (low + 0.15 * (high - low), low + 0.9 * (high - low))
         output = self.smoothed(triangles, held, weights, inside)
         self._share = (low, high)
         self.progress(0.9, "verifying")
-        after = _violations(relative(surface_of(output).mesh, inside.space.origin), copies, inside)
+        after = _measured(relative(surface_of(output).mesh, inside.space.origin), inside)
+        outside = [int(copies[distances > inside.tolerance].sum()) for distances, _ in (before, after)]
         report = InstallationSpaceReport(
             **asdict(self.report),
             **summary,
-            outside=(before[0], after[0]),
-            crossing=(before[1], after[1]),
+            outside=(outside[0], outside[1]),
+            crossing=(int(before[1].sum()), int(after[1].sum())),
             notes=inside.space.notes,
         )
         if self._split:
@@ -178,13 +180,11 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         return triangles, held, weights, summary
 
 
-def _violations(mesh: Mesh, copies: npt.NDArray[np.int64], inside: Inside) -> tuple[int, int]:
-    """Return how many points are outside, with all their copies, and how many triangles cross."""
-    space, tolerance = inside.space.tree, inside.tolerance
-    used = used_points(mesh)
+def _measured(mesh: Mesh, inside: Inside) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    """Return the signed distances of points, 0 where no face uses them, and which triangles cross."""
+    space, used = inside.space.tree, used_points(mesh)
     distances: npt.NDArray[np.float64] = np.zeros(mesh.n_points)
     distances[used] = space(mesh.points[used])
-    crossing = crossing_triangles(
-        mesh.points, mesh.connectivity.reshape(-1, 3), space.surface, distances, tolerance
+    return distances, crossing_triangles(
+        mesh.points, mesh.connectivity.reshape(-1, 3), space.surface, distances, inside.tolerance
     )
-    return int(copies[distances > tolerance].sum()), int(crossing.sum())

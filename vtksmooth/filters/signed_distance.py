@@ -203,11 +203,15 @@ class Inside(NamedTuple):
         Its notes say what is unusual about the two together, too.
     tolerance : float
         The distance that counts as touching, see :func:`touching_distance`.
+    measured : (n,) float64 and (m,) bool, optional
+        Signed distances of the points, 0 for those that no face uses, and which triangles cross the space's
+        surface, where that is known.
     """
 
     mesh: Mesh
     space: SignedDistance
     tolerance: float
+    measured: tuple[Float64, npt.NDArray[np.bool_]] | None = None
 
 
 def opened(source: Any, installation: Any, fraction: float) -> Inside:

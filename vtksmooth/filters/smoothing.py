@@ -318,7 +318,7 @@ class SmoothingFilter(Filter):
             constraints.append(Creases(self.crease_angle))
         if inside is not None and self.containment != "none":
             exact = self.containment == "exact"
-            constraints.append(Containment(inside.space.tree, inside.tolerance, exact))
+            constraints.append(Containment(inside.space.tree, inside.tolerance, exact, inside.measured))
         if self.labelled:
             constraints += self._constraints_on_labels()
         elif self.corrections or self.preserve_volume:

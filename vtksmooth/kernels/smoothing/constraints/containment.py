@@ -96,6 +96,9 @@ class Containment(Constraint):
     exact : bool
         Nor may a move make a triangle cross the surface that did not at the start: at a concave edge of the
         space a triangle may, although its corners are inside. For triangles only.
+    measured : (n,) float64 and (m,) bool, optional
+        Signed distances of the points that faces use at the start, others 0, and which faces cross the
+        surface there, in the numbering of the run's input; measured here if absent.
 
     Attributes
     ----------
@@ -108,8 +111,14 @@ class Containment(Constraint):
     name = "The installation space (containment)"
     guards = True
 
-    def __init__(self, space: SignedDistanceTree, tolerance: float, exact: bool = False) -> None:
-        self.space, self.tolerance, self.exact = space, tolerance, exact
+    def __init__(
+        self,
+        space: SignedDistanceTree,
+        tolerance: float,
+        exact: bool = False,
+        measured: tuple[Float64, npt.NDArray[np.bool_]] | None = None,
+    ) -> None:
+        self.space, self.tolerance, self.exact, self.measured = space, tolerance, exact, measured
         # A triangle is as it is judged only if the other corners stand still.
         self.in_place = self.needs_still = exact
         self.outside = self.checked = self.asked = 0
@@ -120,14 +129,17 @@ class Containment(Constraint):
                 "Exact containment needs triangles; triangulate the polygons first (ValenceTriangulation), "
                 "or contain vertices only (containment='vertices')."
             )
-        distance = self._distances(state, state.points)
+        if self.measured is None:
+            distance = self._distances(state, state.points)
+        else:
+            distance = state.in_order(self.measured[0])
         near, triangles, self.limit = state.near, None, self.tolerance
         if self.exact:
             # As far as separating planes allow: between that and the tolerance every triangle needs a test.
             self.limit *= separating_planes.BEFORE * LIFT
             triangles = separating_planes.nothing_known(
                 self._triangles(state), near.corner_offsets, near.corners,
-                self._crossing(state, state.points, distance),
+                self._crossing_at_start(state, distance),
             )  # fmt: skip
         self.guard = guard_of(
             self.space, np.column_stack((state.points, distance)), np.maximum(self.limit, distance),
@@ -232,6 +244,12 @@ class Containment(Constraint):
     @staticmethod
     def _triangles(state: State) -> npt.NDArray[np.int32]:
         return state.topology.connectivity.reshape(-1, 3)
+
+    def _crossing_at_start(self, state: State, distance: Float64) -> npt.NDArray[np.bool_]:
+        if self.measured is None:
+            return self._crossing(state, state.points, distance)
+        crossing = self.measured[1]
+        return crossing if state.face_order is None else crossing[state.face_order]
 
     def _crossing(self, state: State, points: Float64, distances: Float64) -> npt.NDArray[np.bool_]:
         return crossing_triangles(
