@@ -5,12 +5,15 @@ from fractions import Fraction
 import meshes
 import numpy as np
 import pytest
+import pyvista as pv
 import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vtksmooth.errors import InvalidMeshError
+from vtksmooth.filters.arrays import surface_of
 from vtksmooth.jit import parallel
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 from vtksmooth.kernels.measures import aspect_ratio
 from vtksmooth.kernels.measures.label_volumes import label_volumes
 from vtksmooth.kernels.mesh import adjacency
@@ -19,6 +22,12 @@ from vtksmooth.kernels.mesh.mesh import Mesh
 from vtksmooth.kernels.mesh.triangulate import triangulate
 from vtksmooth.kernels.smoothing import loop
 from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.containment import Containment
+from vtksmooth.kernels.smoothing.constraints.creases import Creases
+from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.displacement_bound import DisplacementBound
+from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.label_volumes import LabelVolumes
 from vtksmooth.kernels.smoothing.schemes.pairwise_labels import PairwiseLabels
 
 
@@ -183,6 +192,41 @@ CASES = {
     "speckle": lambda: meshes.speckle((5, 5, 5), 4),
     "touching": lambda: np.eye(2, dtype=int)[:, :, None] * np.ones((1, 1, 3), int),
 }
+
+
+def room_round(mesh):
+    """A space whose walls touch the outermost points of a mesh."""
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    box = pv.Box(tuple(np.column_stack((low, high)).ravel())).triangulate()
+    return SignedDistanceTree(surface_of(box).mesh)
+
+
+LIMITS = {
+    "gate": lambda mesh: [Gate("aspect")],
+    "floor": lambda mesh: [Gate("floor", 0.6)],
+    "deviation": lambda mesh: [DeviationBound(0.2)],
+    "displacement": lambda mesh: [DisplacementBound(np.full(mesh.n_points, 0.2))],
+    "creases": lambda mesh: [Creases(50.0)],
+    "space": lambda mesh: [Containment(room_round(mesh), 1e-6)],
+    "exact space": lambda mesh: [Containment(room_round(mesh), 1e-6, exact=True)],
+    "all": lambda mesh: [
+        Gate("floor", 0.6),
+        DeviationBound(0.3),
+        Containment(room_round(mesh), 1e-6, exact=True),
+    ],
+}
+
+
+@pytest.mark.parametrize("limit", LIMITS)
+@pytest.mark.parametrize("name", ["grains", "speckle"])
+def test_pairwise_between_labels_keeps_limits_and_gates(name, limit):
+    mesh = triangles(CASES[name]())
+    constraints = [*LIMITS[limit](mesh), LabelVolumes()]
+    points, report = loop.smooth(mesh, PairwiseLabels(), constraints, iterations=5, checked=True)
+    assert report.broken == []
+    assert report.moved > 0
+    # Gates and bounds act; what is in a room that it fills leaves it without the limit.
+    assert not np.array_equal(points, loop.smooth(mesh, PairwiseLabels(), iterations=5)[0])
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -24,6 +24,7 @@ from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBou
 from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
 from vtksmooth.kernels.smoothing.constraints.displacement_bound import DisplacementBound
 from vtksmooth.kernels.smoothing.constraints.gate import Gate
+from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.phases import Disposal
 from vtksmooth.kernels.smoothing.schemes import pairwise
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
@@ -219,7 +220,7 @@ def test_edges_of_a_batch_change_different_laplacians(mesh):
     near = adjacency.build(mesh)
     pinned = (near.kinds != 0).astype(np.uint8)
     edges = pairwise.edges_of(near, (near.ring_offsets, near.ring), pinned)
-    batches = pairwise.batches_of(edges, 300)
+    batches = pairwise.batches_of(edges.ends, edges.offsets, edges.ring, 300)
     assert sorted(np.concatenate(batches).tolist()) == list(range(len(edges.ends)))
     rings = reference.one_rings(mesh)
     for batch in batches:
@@ -239,7 +240,7 @@ def test_operations_that_are_judged_are_those_of_the_sweep(monkeypatch):
 
     def in_this_order(*args, edges_of=pairwise.edges_of):
         edges = edges_of(*args)
-        ends = edges.ends[np.concatenate(pairwise.batches_of(edges))]
+        ends = edges.ends[np.concatenate(pairwise.batches_of(edges.ends, edges.offsets, edges.ring))]
         return edges._replace(ends=ends, blocks=[(np.array([0]), np.array([len(ends)]))])
 
     monkeypatch.setattr(pairwise, "edges_of", in_this_order)
@@ -505,3 +506,11 @@ def test_the_noise_of_a_voxel_torus_goes(bound):
     points, report = loop.smooth(mesh, Pairwise(), bound, iterations=20)
     assert deviation_from_torus(points, 12, 5) <= 0.10
     assert report.inverted == (0, 0)
+
+
+def test_a_flux_is_refused():
+    mesh = meshes.icosphere(1)
+    with pytest.raises(
+        ParameterError, match=r"A flux of volume \(flux\) cannot dispose of operations on edges"
+    ):
+        loop.smooth(mesh, Pairwise(), [LocalVolume(flux=np.ones(mesh.n_faces))], iterations=1)

@@ -226,7 +226,8 @@ class _Run:
         if max_displacement is not None:
             given.append(DisplacementBound(max_displacement))
         self.on_edges = isinstance(scheme, EdgeScheme)
-        self.disposal = Disposal(given, scheme.keeps, self.on_edges, scheme.closing())
+        guarded = isinstance(scheme, EdgeScheme) and scheme.guarded
+        self.disposal = Disposal(given, scheme.keeps, self.on_edges, scheme.closing(), guarded)
         self.find_features = find_features
         self.in_place = self.disposal.in_place
         self.report = RunReport()
@@ -449,7 +450,9 @@ class _Run:
         damping = (self.state.pinned == 0).astype(np.float64)
         if self.disposal.factors is not None:
             damping *= self.disposal.factors
-        guarding = [constraint for constraint in self.disposal.constraints if constraint.guard is not None]
+        guarding = [each for each in self.disposal.constraints if each.guard is not None]
+        if not self.scheme.guarded:
+            guarding = []
         guard = guarding[0].guard if guarding else everywhere()
         admitted = self.disposal.admitted if self.disposal.judges_ends else None
         for part, moved, checked, asked in self.scheme.sweep(self.state, damping, guard, admitted):

@@ -64,6 +64,8 @@ class Disposal:
         Whether the scheme moves both ends of an edge at once.
     closing : Constraint, optional
         Conserves what the scheme keeps by itself where steps are taken back.
+    guarded : bool
+        Whether a scheme on edges judges its operations by the guards of constraints that have one.
 
     Attributes
     ----------
@@ -85,6 +87,7 @@ class Disposal:
         kept: frozenset[str],
         on_edges: bool,
         closing: Constraint | None = None,
+        guarded: bool = True,
     ) -> None:
         needed = [each for each in constraints if each.topic not in kept]
         #: Constraints whose promise the scheme keeps.
@@ -120,7 +123,9 @@ class Disposal:
             if closing is not None:
                 topics = {each.topic for each in self._bounding}
                 self._bounding += [each for each in closing.companions if each.topic not in topics]
-        self._of_ends = [each for each in self._limiting + self._judging if on_edges and not each.guards]
+        self._of_ends = [
+            each for each in self._limiting + self._judging if on_edges and not (guarded and each.guards)
+        ]
         self.in_place = self.in_place or bool(self._of_ends)
         if not self.in_place:
             covered = frozenset().union(*(each.covers for each in self._conserving))
@@ -302,7 +307,7 @@ class Disposal:
     def judges_passes(self) -> bool:
         """Whether there are gates, and all the rest keeps its promise with each vertex that moves."""
         return bool(self._judging) and not any(
-            each.needs_still or (self.on_edges and each.guards) for each in self._limiting
+            each.needs_still or (self.on_edges and each not in self._of_ends) for each in self._limiting
         )
 
     def unwelcome(self, state: State, before: Float64) -> npt.NDArray[np.bool_]:

@@ -83,8 +83,8 @@ def _stay_inside(starts, ends, points, pinned, guard, proposed, tried, places):
 class Containment(Constraint):
     """Moves that would carry a vertex out of a space end before (installation-space paper, section 6).
 
-    Of such a move the largest part is taken that is allowed, to a sixteenth of it; operations on edges are
-    discarded, which must be done as a whole.
+    Of such a move the largest part is taken that is allowed, to a sixteenth of it; operations on edges, which
+    must be done as a whole, are done again with half the steps, a quarter and an eighth.
     Vertices that are outside at the start stay no farther outside than they were.
 
     Parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from ....errors import ParameterError
 from ....jit import parallel
@@ -106,6 +107,9 @@ class LabelVolumes(Constraint):
     companions = (NoInversion(),)
     closes = True
 
+    #: Labels of both sides of each face; none before it is bound.
+    _labels: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
+
     def tell(self, report: object) -> None:
         """Say in how many passes steps were shortened."""
         report.volume_shortened = self.shortened  # type: ignore[attr-defined]
@@ -182,5 +186,7 @@ class LabelVolumes(Constraint):
         return False
 
     def check(self, state: State) -> str:
+        if not len(self._labels):  # the scheme has kept the volumes
+            self.bind(state)
         left = np.abs(self._left(state, state.points)) / self._scale
         return f"the volume of a label changes by {left.max():.3g} of it" if left.max() > 1e-11 else ""

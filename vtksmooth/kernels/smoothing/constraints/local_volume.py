@@ -343,6 +343,9 @@ class LocalVolume(Constraint):
     ) -> None:
         self.corrections, self.uniform, self.whole = corrections, uniform, whole
         self.flux = np.empty(0) if flux is None else np.ascontiguousarray(flux, dtype=np.float64)
+        if self.flux.size:
+            # More than a volume that stays, which some schemes keep by themselves.
+            self.name, self.topic = "A flux of volume (flux)", "flux"
         #: Largest residual in the last pass, before each correction: volume swept round a vertex over the
         #: area that it stands for, model units.
         self.residuals: list[float] = []

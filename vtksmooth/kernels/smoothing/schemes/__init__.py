@@ -104,6 +104,9 @@ class EdgeScheme(Scheme):
     ends.
     """
 
+    #: Whether it reads the guard; otherwise a space to stay in is judged as all limits are.
+    guarded: bool = True
+
     @abstractmethod
     def sweep(
         self, state: State, damping: Float64, guard: Guard, admitted: Admitted | None = None
@@ -117,9 +120,9 @@ class EdgeScheme(Scheme):
         damping : (n,) float64
             Part of each vertex' step that is taken; vertices with 0 keep their bits.
         guard : Guard
-            Operations that it does not allow are discarded.
+            Operations that it does not allow are not carried out, but perhaps shorter ones.
         admitted : callable, optional
-            Nor are those carried out that it does not admit, but perhaps shorter ones.
+            The same of operations that it does not admit.
         """
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..run_state import State
 from ..weights import Weights
 from . import Admitted, EdgeScheme, Float64, Operations
 
+Bool = npt.NDArray[np.bool_]
 Int32 = npt.NDArray[np.int32]
 Int64 = npt.NDArray[np.int64]
 
@@ -186,26 +188,26 @@ def in_blocks(
     return order, [(starts[chosen], starts[chosen + 1]) for chosen in colours]
 
 
-def batches_of(edges: Edges, size: int = BATCHED) -> list[Int64]:
+def batches_of(ends: Int32, offsets: Int32, ring: Int32, size: int = BATCHED) -> list[Int64]:
     """Return which edges can be judged at the same time: no two of a batch change the same Laplacians.
 
     Batches of the first `size` vertices come first, and so on.
     """
-    count = len(edges.ends)
+    count = len(ends)
     colour, left = np.full(count, -1), np.arange(count)
     while len(left):
         # Each edge is a block.
         found = np.empty(len(left), np.int32)
         _schedule(
-            edges.ends[left], np.arange(len(left)), edges.offsets, edges.ring, np.empty(len(left), np.int8),
+            ends[left], np.arange(len(left)), offsets, ring, np.empty(len(left), np.int8),
             np.empty(len(left), np.int64), np.zeros(len(left) + 1, np.int64), found,
-            np.zeros(len(edges.offsets) - 1, np.uint64),
+            np.zeros(len(offsets) - 1, np.uint64),
         )  # fmt: skip
         first = int(colour.max()) + 1
         colour[left] = np.where(found < 63, first + found, -1)
         left = left[found >= 63]
-    region = edges.ends[:, 0] // size
-    order = np.lexsort((edges.ends[:, 0], colour, region))
+    region = ends[:, 0] // size
+    order = np.lexsort((ends[:, 0], colour, region))
     changes = (np.diff(region[order]) != 0) | (np.diff(colour[order]) != 0)
     return np.split(order, np.flatnonzero(changes) + 1)
 
@@ -470,32 +472,38 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
             j = edges[e, 1]
-            si = rows[i, 6]
-            sj = rows[j, 6]
-            if not _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d):
-                continue
-            if active:
-                slack_i = slack[i]
-                slack_j = slack[j]
-                step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
-                step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
-                checked += (si > 0.0) + (sj > 0.0)
-                # Here and not in a helper: handing over the guard costs as much as a quarter of an operation.
-                if step_i <= slack_i and step_j <= slack_j:
-                    slack[i] -= step_i
-                    slack[j] -= step_j
-                else:
-                    good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new)
-                    asked += queries
-                    if not good:
-                        slack[i] = slack_i
-                        slack[j] = slack_j
-                        continue
-            for end in range(2):
-                v = i if end == 0 else j
-                _move(v, end, rows, d)
-                _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
-            moved += 1
+            # What the space does not allow is tried again with half the steps, which keep the volume, too.
+            share = 1.0
+            for _ in range(HALVINGS + 1):
+                si = share * rows[i, 6]
+                sj = share * rows[j, 6]
+                if not _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d):
+                    break
+                if active:
+                    slack_i = slack[i]
+                    slack_j = slack[j]
+                    step_i = np.sqrt(d[0, 0] * d[0, 0] + d[0, 1] * d[0, 1] + d[0, 2] * d[0, 2])
+                    step_j = np.sqrt(d[1, 0] * d[1, 0] + d[1, 1] * d[1, 1] + d[1, 2] * d[1, 2])
+                    checked += (si > 0.0) + (sj > 0.0)
+                    # Here and not in a helper: handing over the guard costs as much as a quarter of an
+                    # operation.
+                    if step_i <= slack_i and step_j <= slack_j:
+                        slack[i] -= step_i
+                        slack[j] -= step_j
+                    else:
+                        good, queries = _may_both_go(guard, i, j, rows, d, step_i, step_j, old, room, new)
+                        asked += queries
+                        if not good:
+                            slack[i] = slack_i
+                            slack[j] = slack_j
+                            share *= 0.5
+                            continue
+                for end in range(2):
+                    v = i if end == 0 else j
+                    _move(v, end, rows, d)
+                    _update_laplacians(v, end, rows, offsets[v], offsets[v + 1], ring, reverse, d)
+                moved += 1
+                break
     return moved, checked, asked
 
 
@@ -647,9 +655,11 @@ class Pairwise(EdgeScheme):
             state.points, self.laplacian, state.near.kinds, damping, self.relaxation, self.rows,
         )  # fmt: skip
         if admitted is not None:
-            self.batches = self.batches or batches_of(edges)
+            self.batches = self.batches or batches_of(edges.ends, edges.offsets, edges.ring)
             for number, batch in enumerate(self.batches):
-                done = self._judged(state, batch, guard, admitted)
+                done = in_halves(
+                    state, batch, edges.ends, admitted, self._propose, partial(self._do, state, guard)
+                )
                 yield Operations((number + 1) / len(self.batches), *done)
             return
         for number, (starts, ends) in enumerate(edges.blocks):
@@ -663,33 +673,63 @@ class Pairwise(EdgeScheme):
             moved, checked, asked = (sum(counts) for counts in zip(*results, strict=True))
             yield Operations((number + 1) / len(edges.blocks), moved, checked, asked)
 
-    def _judged(self, state: State, batch: Int64, guard: Guard, admitted: Admitted) -> tuple[int, int, int]:
-        """Do the operations on a batch of edges that are admitted, as they are or halved some times.
+    def _propose(self, batch: Int64, part: Float64) -> tuple[Float64, Float64, Bool]:
+        edges, steps, good = self.edges, np.empty((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
+        parallel.run(
+            _propose, *parallel.ranges(len(batch), size=64),
+            batch, edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
+            part, steps, good, self.proposed, smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        return self.proposed, steps, good
 
-        A half of an operation is one that keeps the volume, too.
-        """
+    def _do(self, state: State, guard: Guard, batch: Int64, steps: Float64, good: Bool) -> Int64:
         edges = self.edges
-        counts, part = np.zeros(3, np.int64), np.ones(len(batch))
-        for _ in range(HALVINGS + 1):
-            if not len(batch):
-                break
-            steps, good = np.empty((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
-            parallel.run(
-                _propose, *parallel.ranges(len(batch), size=64),
-                batch, edges.ends, self.cross, edges.offsets, edges.ring, self.reverse, self.rows,
-                part, steps, good, self.proposed, smallest_share=parallel.COSTLY,
-            )  # fmt: skip
-            batch, steps, part = batch[good], steps[good], part[good]
-            left = admitted(state, edges.ends[batch], self.proposed)
-            good = left == 1.0
-            results = parallel.run(
-                _carry_out, *parallel.ranges(len(batch), size=64),
-                batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
-                state.points, smallest_share=parallel.COSTLY,
-            )  # fmt: skip
-            counts += np.sum(results, axis=0)
-            again = ~good & (left >= 0.5**HALVINGS)
-            batch, left = batch[again], np.minimum(left[again], 0.5)
-            part = part[again] * 2.0 ** np.floor(np.log2(left))
-        moved, checked, asked = counts.tolist()
-        return moved, checked, asked
+        results = parallel.run(
+            _carry_out, *parallel.ranges(len(batch), size=64),
+            batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
+            state.points, smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        return np.sum(results, axis=0, dtype=np.int64)
+
+
+def in_halves(
+    state: State,
+    batch: Int64,
+    ends: Int32,
+    admitted: Admitted,
+    propose: Callable[[Int64, Float64], tuple[Float64, Float64, Bool]],
+    carry_out: Callable[[Int64, Float64, Bool], Int64],
+) -> list[int]:
+    """Do the operations on a batch of edges that are admitted, as they are or halved some times.
+
+    A half of an operation is one that keeps the volume, too.
+
+    Parameters
+    ----------
+    batch : (k,) int64
+        Edges by their places in `ends`.
+    propose : callable
+        ``propose(batch, part)`` returns where the ends of the edges are moved to, (n, 3), by `part` of what
+        they usually do each; the steps, (k, 2, 3); and which of them are any good, (k,) bool.
+    carry_out : callable
+        ``carry_out(batch, steps, good)`` does those that are `good`, and makes False of what it does not do.
+        Returns how many were done, how many moves were judged, and how many distances asked for.
+
+    Returns
+    -------
+    list of int
+        The sums of what `carry_out` returned.
+    """
+    counts, part = np.zeros(3, np.int64), np.ones(len(batch))
+    for _ in range(HALVINGS + 1):
+        if not len(batch):
+            break
+        proposed, steps, good = propose(batch, part)
+        batch, steps, part = batch[good], steps[good], part[good]
+        left = admitted(state, ends[batch], proposed)
+        good = left == 1.0
+        counts += carry_out(batch, steps, good)
+        again = ~good & (left >= 0.5**HALVINGS)
+        batch, left = batch[again], np.minimum(left[again], 0.5)
+        part = part[again] * 2.0 ** np.floor(np.log2(left))
+    return list(counts.tolist())

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
-from ....errors import InvalidMeshError, ParameterError
+from ....errors import InvalidMeshError
 from ....jit import parallel
-from ....jit.compiled import device, kernel, routine
+from ....jit.compiled import allocating, device, kernel, routine
 from ...containment.safe_moves import Guard
 from ...measures.aspect_ratio import triangle_square
 from ...mesh.adjacency import turn_into_cycles
@@ -16,7 +17,7 @@ from ..constraints import Constraint
 from ..constraints.label_volumes import LabelVolumes
 from ..run_state import State
 from . import Admitted, EdgeScheme, Float64, Operations
-from .pairwise import in_blocks
+from .pairwise import Bool, Int64, batches_of, in_blocks, in_halves
 
 #: Square of the smallest k below which an operation must not lower it.
 _LEAST = 0.04
@@ -76,9 +77,9 @@ def _take(starts, ends, rows, points):
 
 
 @device
-def _look_round(end, v, other, rows, first, last, ring, spokes, g, d):
-    # spokes[end]: the ring, seen from v; g = 1/6 sum of a x b; d: the step. Returns the place of `other` in
-    # the ring, and (d - c) / 6 if that runs c, other, d.
+def _look_round(end, v, other, part, rows, first, last, ring, spokes, g, d):
+    # spokes[end]: the ring, seen from v; g = 1/6 sum of a x b; d: `part` of the usual step. Returns the place
+    # of `other` in the ring.
     x = rows[v, 0]
     y = rows[v, 1]
     z = rows[v, 2]
@@ -115,7 +116,7 @@ def _look_round(end, v, other, rows, first, last, ring, spokes, g, d):
     g[end, 0] = gx / 6.0
     g[end, 1] = gy / 6.0
     g[end, 2] = gz / 6.0
-    share = rows[v, 3] / np.float64(last - first)
+    share = part * rows[v, 3] / np.float64(last - first)
     d[end, 0] = share * sx
     d[end, 1] = share * sy
     d[end, 2] = share * sz
@@ -244,10 +245,14 @@ def _fans_get_worse(i, j, si, sj, at_i, at_j, near, fan_face, reference, spokes,
 
 
 @device
-def _on_faces(i, j, si, sj, rows, near, fan_face, reference, spokes, g, d):
+def _on_faces(i, j, part, si, sj, rows, near, fan_face, reference, spokes, g, d):
     # Finds the steps d; whether they may be taken.
-    at_i = _look_round(0, i, j, rows, near.ring_offsets[i], near.ring_offsets[i + 1], near.ring, spokes, g, d)
-    at_j = _look_round(1, j, i, rows, near.ring_offsets[j], near.ring_offsets[j + 1], near.ring, spokes, g, d)
+    at_i = _look_round(
+        0, i, j, part, rows, near.ring_offsets[i], near.ring_offsets[i + 1], near.ring, spokes, g, d
+    )
+    at_j = _look_round(
+        1, j, i, part, rows, near.ring_offsets[j], near.ring_offsets[j + 1], near.ring, spokes, g, d
+    )
     size_i = near.ring_offsets[i + 1] - near.ring_offsets[i]
     size_j = near.ring_offsets[j + 1] - near.ring_offsets[j]
     before = at_i - 1 if at_i > 0 else size_i - 1
@@ -343,10 +348,10 @@ def _gather(end, v, other, rows, near, fan_face, face_labels, spokes, role, labe
 
 
 @device
-def _step_along_row(end, v, rows, near, d):
+def _step_along_row(end, v, part, rows, near, d):
     first = near.row_offsets[v]
     last = near.row_offsets[v + 1]
-    share = rows[v, 3] / np.float64(last - first)
+    share = part * rows[v, 3] / np.float64(last - first)
     for axis in range(3):
         total = 0.0
         for r in range(first, last):
@@ -478,7 +483,7 @@ def _may_turn(end, v, near, fan_face, reference, spokes, role, d, which):
 
 
 @routine
-def _on_lines(i, j, si, sj, rows, near, fan_face, face_labels, reference, room, d):
+def _on_lines(i, j, part, si, sj, rows, near, fan_face, face_labels, reference, room, d):
     # Finds the steps d; whether they may be taken.
     spokes, role, labels, g, u, rows_of, matrix, right = room
     count = _gather(0, i, j, rows, near, fan_face, face_labels, spokes, role, labels, 0, g, u)
@@ -490,7 +495,7 @@ def _on_lines(i, j, si, sj, rows, near, fan_face, face_labels, reference, room, 
         return False
     for end in range(2):
         v = i if end == 0 else j
-        _step_along_row(end, v, rows, near, d)
+        _step_along_row(end, v, part, rows, near, d)
     wanted = _square(d)
     if not _keep_volumes(count - 1, si, sj, g, u, d, rows_of, matrix, right):
         return False
@@ -515,42 +520,92 @@ def _on_lines(i, j, si, sj, rows, near, fan_face, face_labels, reference, room, 
     return least >= before
 
 
+@allocating
+def _scratch(widest):
+    return (
+        np.empty((2, widest, 3)),
+        np.empty((2, 3)),
+        (
+            np.empty((2, widest, 6)),
+            np.empty((2, widest), np.uint8),
+            np.empty(_MOST_LABELS, np.int32),
+            np.empty((2, _MOST_LABELS, 3)),
+            np.empty((_MOST_LABELS, 3)),
+            np.empty((_MOST_LABELS, 6)),
+            np.empty((_MOST_LABELS, _MOST_LABELS)),
+            np.empty(_MOST_LABELS),
+        ),
+    )
+
+
+@device
+def _steps(i, j, part, fan, rows, near, fan_face, face_labels, reference, scratch, d):
+    # Finds the steps d, `part` of what they usually are; whether they may be taken.
+    spokes, g, room = scratch
+    si = part * rows[i, 3]
+    sj = part * rows[j, 3]
+    if si == 0.0 and sj == 0.0:
+        return False
+    if fan[i] and fan[j]:
+        return _on_faces(i, j, part, si, sj, rows, near, fan_face, reference, spokes, g, d)
+    return _on_lines(i, j, part, si, sj, rows, near, fan_face, face_labels, reference, room, d)
+
+
+@device
+def _move(v, end, rows, d):
+    if rows[v, 3] > 0.0:
+        for axis in range(3):
+            rows[v, axis] += d[end, axis]
+
+
 @kernel
 def _sweep(starts, ends, edges, fan, widest, rows, near, fan_face, face_labels, reference):
     # rows[v]: position, and the part of its step that is taken.
     moved = 0
     d = np.empty((2, 3))
-    g = np.empty((2, 3))
-    spokes = np.empty((2, widest, 3))
-    room = (
-        np.empty((2, widest, 6)),
-        np.empty((2, widest), np.uint8),
-        np.empty(_MOST_LABELS, np.int32),
-        np.empty((2, _MOST_LABELS, 3)),
-        np.empty((_MOST_LABELS, 3)),
-        np.empty((_MOST_LABELS, 6)),
-        np.empty((_MOST_LABELS, _MOST_LABELS)),
-        np.empty(_MOST_LABELS),
-    )
+    scratch = _scratch(widest)
     for part in range(starts.size):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
             j = edges[e, 1]
-            si = rows[i, 3]
-            sj = rows[j, 3]
-            if si == 0.0 and sj == 0.0:
-                continue
-            if fan[i] and fan[j]:
-                good = _on_faces(i, j, si, sj, rows, near, fan_face, reference, spokes, g, d)
-            else:
-                good = _on_lines(i, j, si, sj, rows, near, fan_face, face_labels, reference, room, d)
-            if not good:
-                continue
+            if _steps(i, j, 1.0, fan, rows, near, fan_face, face_labels, reference, scratch, d):
+                _move(i, 0, rows, d)
+                _move(j, 1, rows, d)
+                moved += 1
+    return moved
+
+
+@kernel
+def _propose(
+    starts, ends, chosen, edges, fan, widest, rows, near, fan_face, face_labels, reference,
+    part, steps, good, proposed,
+):  # fmt: skip
+    # The steps of the `chosen` edges, `part` of what they usually are each, and whether there are any.
+    scratch = _scratch(widest)
+    for share in range(starts.size):
+        for k in range(starts[share], ends[share]):
+            i = edges[chosen[k], 0]
+            j = edges[chosen[k], 1]
+            d = steps[k]
+            good[k] = _steps(i, j, part[k], fan, rows, near, fan_face, face_labels, reference, scratch, d)
             for axis in range(3):
-                if si > 0.0:
-                    rows[i, axis] += d[0, axis]
-                if sj > 0.0:
-                    rows[j, axis] += d[1, axis]
+                proposed[i, axis] = rows[i, axis] + d[0, axis] if rows[i, 3] > 0.0 else rows[i, axis]
+                proposed[j, axis] = rows[j, axis] + d[1, axis] if rows[j, 3] > 0.0 else rows[j, axis]
+
+
+@kernel
+def _carry_out(starts, ends, chosen, edges, steps, good, rows, points):
+    # The steps that are `good`.
+    moved = 0
+    for share in range(starts.size):
+        for k in range(starts[share], ends[share]):
+            if not good[k]:
+                continue
+            for end in range(2):
+                v = edges[chosen[k], end]
+                _move(v, end, rows, steps[k])
+                for axis in range(3):
+                    points[v, axis] = rows[v, axis]
             moved += 1
     return moved
 
@@ -582,6 +637,7 @@ class PairwiseLabels(EdgeScheme):
 
     keeps = frozenset({"volume", "inversion"})
     moves_lines = True
+    guarded = False
 
     def __init__(self, relaxation: float = 0.2) -> None:
         self.relaxation = relaxation
@@ -611,18 +667,23 @@ class PairwiseLabels(EdgeScheme):
         ends = np.column_stack((vertex[once], near.ring[once]))
         order, self.blocks = in_blocks(ends, near.ring_offsets, near.ring)
         self.ends = np.ascontiguousarray(ends[order])
-        self.rows = np.empty((n, 4))
+        self.rows, self.proposed = np.empty((n, 4)), np.empty((n, 3))
+        self.batches: list[Int64] = []
 
     def sweep(
         self, state: State, damping: Float64, guard: Guard, admitted: Admitted | None = None
     ) -> Iterator[Operations]:
-        if guard.active or admitted is not None:
-            raise ParameterError(
-                "On a surface between labels no limit and no gate goes with the scheme pairwise: leave them "
-                "out, or choose another scheme with preserve_volume."
-            )
         everything = parallel.ranges(len(state.points))
         parallel.run(_fill, *everything, state.points, damping, self.relaxation, self.rows)
+        if admitted is not None:
+            near = state.near
+            self.batches = self.batches or batches_of(self.ends, near.ring_offsets, near.ring)
+            for number, batch in enumerate(self.batches):
+                done = in_halves(
+                    state, batch, self.ends, admitted, partial(self._propose, state), partial(self._do, state)
+                )
+                yield Operations((number + 1) / len(self.batches), *done)
+            return
         for number, (starts, ends) in enumerate(self.blocks):
             results = parallel.run(
                 _sweep, starts, ends,
@@ -631,3 +692,22 @@ class PairwiseLabels(EdgeScheme):
             )  # fmt: skip
             parallel.run(_take, *everything, self.rows, state.points)
             yield Operations((number + 1) / len(self.blocks), sum(results), 0, 0)
+
+    def _propose(self, state: State, batch: Int64, part: Float64) -> tuple[Float64, Float64, Bool]:
+        steps, good = np.zeros((len(batch), 2, 3)), np.empty(len(batch), np.bool_)
+        parallel.run(
+            _propose, *parallel.ranges(len(batch), size=64),
+            batch, self.ends, self.fan, self.widest, self.rows, state.near, self.fan_face, self.face_labels,
+            state.reference, part, steps, good, self.proposed, smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        return self.proposed, steps, good
+
+    def _do(self, state: State, batch: Int64, steps: Float64, good: Bool) -> Int64:
+        results = parallel.run(
+            _carry_out, *parallel.ranges(len(batch), size=64),
+            batch, self.ends, steps, good, self.rows, state.points, smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        # Limits that learn from what they admit see who has not gone there.
+        stay = self.ends[batch[~good]].ravel()
+        self.proposed[stay] = state.points[stay]
+        return np.array([sum(results), 0, 0])
