@@ -84,7 +84,7 @@ class Containment(Constraint):
     """Moves that would carry a vertex out of a space end before (installation-space paper, section 6).
 
     Of such a move the largest part is taken that is allowed, to a sixteenth of it; operations on edges, which
-    must be done as a whole, are done again with half the steps, a quarter and an eighth.
+    must be done as a whole, are tried once more with a quarter of the steps.
     Vertices that are outside at the start stay no farther outside than they were.
 
     Parameters

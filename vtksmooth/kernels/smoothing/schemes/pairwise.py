@@ -32,6 +32,9 @@ BLOCK_SIZE = 2048
 #: Vertices whose edges are in batches together: enough to do for each call, and near each other in memory.
 BATCHED = 8192
 
+#: Part of the steps that is tried where the space does not allow all.
+_RETRIED = 0.25
+
 #: The two rows of an edge's system are the same up to rounding: the pair has no best place.
 _SINGULAR = 1e-12
 
@@ -472,9 +475,10 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
             j = edges[e, 1]
-            # What the space does not allow is tried again with half the steps, which keep the volume, too.
+            # What the space does not allow is tried once more with a part of the steps, which keeps the volume,
+            # too: mostly the ends are at a wall already, and more trials would be in vain.
             share = 1.0
-            for _ in range(HALVINGS + 1):
+            for _ in range(2):
                 si = share * rows[i, 6]
                 sj = share * rows[j, 6]
                 if not _steps(i, j, si, sj, cross[e], offsets, ring, reverse, rows, f, g, d):
@@ -496,7 +500,7 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
                         if not good:
                             slack[i] = slack_i
                             slack[j] = slack_j
-                            share *= 0.5
+                            share = _RETRIED
                             continue
                 for end in range(2):
                     v = i if end == 0 else j
