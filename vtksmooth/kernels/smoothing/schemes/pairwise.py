@@ -475,8 +475,8 @@ def _sweep(starts, ends, edges, cross, offsets, ring, reverse, rows, guard):
         for e in range(starts[part], ends[part]):
             i = edges[e, 0]
             j = edges[e, 1]
-            # What the space does not allow is tried once more with a part of the steps, which keeps the volume,
-            # too: mostly the ends are at a wall already, and more trials would be in vain.
+            # What the space does not allow is tried once more with a part of the steps, which keeps the
+            # volume, too: mostly the ends are at a wall already, and more trials would be in vain.
             share = 1.0
             for _ in range(2):
                 si = share * rows[i, 6]
@@ -693,7 +693,7 @@ class Pairwise(EdgeScheme):
             batch, edges.ends, edges.offsets, edges.ring, self.reverse, steps, guard, good, self.rows,
             state.points, smallest_share=parallel.COSTLY,
         )  # fmt: skip
-        return np.sum(results, axis=0, dtype=np.int64)
+        return np.asarray(np.sum(results, axis=0))
 
 
 def in_halves(
