@@ -142,6 +142,10 @@ def random_parameters(random: Random, cls: type, mesh: Any) -> dict[str, Any]:
             values[name] = _points(random, mesh.GetNumberOfPoints())
         elif parameter.text == "lines":
             values[name] = _lines(random, mesh)
+        elif parameter.text == "coordinates":
+            values[name] = ",".join(f"{x:.3g}" for x in random.normal(size=3))
+        elif parameter.text == "planes":
+            values[name] = str(random.choice(["x=0", "z=0.5", "x=0,y=1", "y=-0.25,z=0"]))
         else:
             values[name] = _array(random, mesh, name, parameter.default)
     if random.random() < 0.9:  # otherwise they are refused, if one has no effect

@@ -36,6 +36,7 @@ from vtksmooth.kernels.smoothing.constraints.containment import Containment
 from vtksmooth.kernels.smoothing.constraints.creases import Creases
 from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.directions import Directions
 from vtksmooth.kernels.smoothing.constraints.displacement_bound import DisplacementBound
 from vtksmooth.kernels.smoothing.constraints.feature_lines import FeatureLines
 from vtksmooth.kernels.smoothing.constraints.fixed import Fixed
@@ -90,6 +91,14 @@ def _space(mesh: Mesh) -> SignedDistanceTree:
     return SignedDistanceTree(surface_of(box).mesh)
 
 
+def _directions(mesh: Mesh, random: Random) -> Directions:
+    axis, vertex = int(random.integers(3)), mesh.points[int(random.integers(mesh.n_points))]
+    planes = [(axis, float(vertex[axis]))] if random.random() < 0.5 else []
+    if random.random() < 0.4:
+        return Directions(about=axis, center=random.normal(size=3), planes=planes)
+    return Directions(str(random.choice(["x", "z", "xy", "yz", "xyz"])), planes=planes)
+
+
 #: Makes each constraint for a mesh, with numbers from a generator.
 CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
     "fixed": lambda mesh, random: Fixed(random.random(mesh.n_points) < 0.2),
@@ -105,6 +114,7 @@ CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
     "null space": lambda mesh, random: NullSpace(),
     "tangent plane": lambda mesh, random: TangentPlane(),
     "back to surface": lambda mesh, random: BackToSurface(),
+    "directions": lambda mesh, random: _directions(mesh, random),
     "creases": lambda mesh, random: Creases(random.uniform(10.0, 60.0)),
     "deviation": lambda mesh, random: DeviationBound(mesh.diagonal * 10.0 ** random.uniform(-4, -1)),
     "curvature": lambda mesh, random: CurvatureBound(mesh.diagonal * random.uniform(0.1, 1.0)),

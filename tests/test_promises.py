@@ -21,6 +21,7 @@ from vtksmooth.kernels.smoothing.constraints.containment import Containment
 from vtksmooth.kernels.smoothing.constraints.creases import Creases
 from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
+from vtksmooth.kernels.smoothing.constraints.directions import Directions
 from vtksmooth.kernels.smoothing.constraints.displacement_bound import DisplacementBound
 from vtksmooth.kernels.smoothing.constraints.feature_lines import FeatureLines
 from vtksmooth.kernels.smoothing.constraints.fixed import Fixed
@@ -60,6 +61,9 @@ CONSTRAINTS = {
     "tangent plane": lambda mesh: TangentPlane(),
     "null space": lambda mesh: NullSpace(),
     "back to surface": lambda mesh: BackToSurface(),
+    "in plan": lambda mesh: Directions("xy"),
+    "about an axis": lambda mesh: Directions(about=2, center=(0.1, 0.2, 0.0)),
+    "symmetry": lambda mesh: Directions(planes=[(0, mesh.points[0, 0]), (2, mesh.points[0, 2])]),
     "volume": lambda mesh: LocalVolume(0),
     "corrected volume": lambda mesh: LocalVolume(2),
     "no inversion": lambda mesh: NoInversion(),
@@ -72,8 +76,13 @@ CONSTRAINTS = {
     "no self-intersection": lambda mesh: NoNewSelfIntersections(),
 }
 
+DIRECTIONS = ("in plan", "about an axis", "symmetry")
+
 #: What one filter cannot ask for: two ways of one parameter.
 ALTERNATIVES = [
+    {"in plan", "about an axis"},
+    {"in plan", "symmetry"},
+    {"about an axis", "symmetry"},
     {"sliding boundary", "smoothed boundary"},
     {"features held", "features slide"},
     {"volume", "corrected volume"},
@@ -102,10 +111,16 @@ TURNING = {
     "tangent plane",
     "null space",
     "back to surface",
+    *DIRECTIONS,
 }
 
 #: Refused because they contradict each other; on meshes of triangles, all that is.
-REFUSED = {frozenset({"back to surface", "volume"}), frozenset({"back to surface", "corrected volume"})}
+_VOLUMES = ("volume", "corrected volume")
+REFUSED = {frozenset({"back to surface", volume}) for volume in _VOLUMES} | {
+    frozenset({directions, other})
+    for directions in DIRECTIONS
+    for other in (*_VOLUMES, "back to surface", "tangent plane", "null space")
+}
 
 
 def run(mesh, scheme, names, iterations=3):
@@ -170,7 +185,8 @@ def test_all_promises_at_once_are_kept_on_edges(closed):
 
 @pytest.mark.parametrize(
     "name", ["fixed", "displacement", "sliding boundary", "smoothed boundary", "creases", "deviation",
-             "back to surface", "volume", "no inversion", "space", "aspect gate", "floor gate"],
+             "back to surface", "in plan", "about an axis", "symmetry", "volume", "no inversion", "space",
+             "aspect gate", "floor gate"],
 )  # fmt: skip
 def test_checks_see_what_is_broken(name):
     # A constraint that only looks on finds that its promise is broken: the check can fail.

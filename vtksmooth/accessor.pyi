@@ -363,6 +363,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'ignore',
@@ -429,6 +432,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -504,6 +513,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'ignore',
@@ -584,6 +596,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -684,6 +702,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'ignore',
@@ -749,6 +770,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -820,6 +847,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'ignore',
@@ -885,6 +915,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -957,6 +993,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'none-new',
@@ -1025,6 +1064,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -1106,6 +1151,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = True,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = None,
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'ignore',
@@ -1175,6 +1223,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too. Only where installation is set.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more. Only where installation is set.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default None
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0
@@ -1351,6 +1405,9 @@ class VtksmoothAccessor:
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
         tolerance_fraction: float = 1e-06,
+        directions: Literal['all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'] = 'all',
+        rotation_center: str = '0,0,0',
+        symmetry_planes: str | None = None,
         curvature_radius: float | Literal['auto'] | None = 'auto',
         curvature_ramp: float = 0.0,
         self_intersection: Literal['ignore', 'none-new'] = 'none-new',
@@ -1429,6 +1486,12 @@ class VtksmoothAccessor:
             What must stay inside the installation space: nothing, vertices, or (exact) triangles too.
         tolerance_fraction : float, default 1e-06
             How far outside counts as inside; never less than what the points' precision makes of it. Allowed: 0 diagonals or more.
+        directions : {'all', 'x', 'y', 'z', 'xy', 'xz', 'yz', 'about-x', 'about-y', 'about-z'}, default 'all'
+            Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.
+        rotation_center : str, default '0,0,0'
+            A point on the axis about which points turn, in model units: its three coordinates. Only where directions is about-x, about-y or about-z.
+        symmetry_planes : str, default None
+            Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.
         curvature_radius : float, default 'auto'
             Leave points where the surface is as flat as a sphere of this radius; auto: by the noise. Allowed: 0 model units or more, or auto, or None (off).
         curvature_ramp : float, default 0.0

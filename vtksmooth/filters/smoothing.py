@@ -26,6 +26,7 @@ from ..kernels.smoothing.constraints.containment import Containment
 from ..kernels.smoothing.constraints.creases import Creases
 from ..kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from ..kernels.smoothing.constraints.deviation_bound import DeviationBound
+from ..kernels.smoothing.constraints.directions import Directions
 from ..kernels.smoothing.constraints.feature_lines import FeatureLines
 from ..kernels.smoothing.constraints.gate import Gate
 from ..kernels.smoothing.constraints.label_volumes import LabelVolumes
@@ -42,6 +43,7 @@ from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS, labels_name, with_labels
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
 from .places import Joined, Merge
+from .planes import parse_coordinates, parse_planes
 from .point_lists import SELECTION, parse_selection
 from .signed_distance import Inside, opened
 
@@ -212,6 +214,21 @@ class SmoothingFilter(Filter):
         1e-6, "How far outside counts as inside; never less than what the points' precision makes of it.",
         low=0.0, unit="diagonals", group=CONSTRAINTS, only={"installation": SET},
     )  # fmt: skip
+    directions = Parameter(
+        "all",
+        "Coordinates that may change (xy: in plan, where no face turns over), or an axis to turn about.",
+        choices=("all", "x", "y", "z", "xy", "xz", "yz", "about-x", "about-y", "about-z"),
+        group=CONSTRAINTS,
+    )
+    rotation_center = Parameter(
+        "0,0,0", "A point on the axis about which points turn, in model units: its three coordinates.",
+        type=str, text="coordinates", group=CONSTRAINTS,
+        only={"directions": ("about-x", "about-y", "about-z")},
+    )  # fmt: skip
+    symmetry_planes = Parameter(
+        None, "Planes on which points stay that are on them at the start, such as x=0,z=2.5; model units.",
+        optional=True, type=str, text="planes", group=CONSTRAINTS,
+    )  # fmt: skip
     curvature_radius = Parameter(
         None, "Leave points where the surface is as flat as a sphere of this radius; auto: by the noise.",
         low=0.0, unit="model units", optional=True, automatic=True, type=float, group=CONSTRAINTS,
@@ -305,6 +322,8 @@ class SmoothingFilter(Filter):
         # In the null space ridges slide as it is.
         if self.features == "hold" or (self.features == "slide" and not self.null_space):
             constraints.append(FeatureLines(sliding=self.features == "slide"))
+        if self.directions != "all" or self.symmetry_planes is not None:
+            constraints.append(self._make_directions(inside))
         if weights is not None:
             constraints.append(Blend(weights))
         if self.curvature_radius is not None:
@@ -328,6 +347,15 @@ class SmoothingFilter(Filter):
         if self.gate != "none":
             constraints.append(Gate(self.gate, self.gate_floor))
         return constraints
+
+    def _make_directions(self, inside: Inside | None) -> Directions:
+        origin = np.zeros(3) if inside is None or inside.space.origin is None else inside.space.origin
+        planes = parse_planes("symmetry_planes", self.symmetry_planes)
+        planes = [(axis, value - origin[axis]) for axis, value in planes]
+        center = parse_coordinates("rotation_center", self.rotation_center) - origin
+        if self.directions.startswith("about-"):
+            return Directions(about="xyz".index(self.directions[-1]), center=center, planes=planes)
+        return Directions("xyz" if self.directions == "all" else self.directions, planes=planes)
 
     def _constraints_on_labels(self) -> list[Constraint]:
         if self.corrections != self.parameters()["corrections"].default:

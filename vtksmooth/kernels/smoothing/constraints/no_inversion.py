@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ....jit import parallel
 from ....jit.compiled import device, kernel
-from ...measures.aspect_ratio import face_square, polygon_square
+from ...measures.aspect_ratio import area_vectors, face_square, polygon_square
 from ..run_state import State
 from . import Constraint, Float64, Int64
 
@@ -228,13 +228,20 @@ def any_inverted(state: State, before: Float64, after: Float64) -> bool:
     return any(counts)
 
 
-def withdraw(state: State, before: Float64, after: Float64, halvings: int, refused: UInt8) -> None:
+def withdraw(
+    state: State,
+    before: Float64,
+    after: Float64,
+    halvings: int,
+    refused: UInt8,
+    reference: npt.NDArray[np.float32] | None = None,
+) -> None:
     """Shorten steps until no face is newly inverted, all vertices of a face at the same time.
 
     A vertex' step is halved at most `halvings` times, then refused: it is back where it was, and noted in
     `refused`. Every round shortens a step, and without steps nothing is newly inverted: so it ends.
     """
-    near, reference = state.near, state.reference
+    near, reference = state.near, state.reference if reference is None else reference
     found = np.empty(len(near.offsets) - 1, np.bool_)
     parallel.run(_find, *parallel.ranges(len(found)), before, after, near, reference, found)
     faces = np.flatnonzero(found)
@@ -247,31 +254,47 @@ class NoInversion(Constraint):
 
     Steps that would invert a face are halved up to three times, then refused. Against the directions of
     the run's start, exactly as k is signed. The paper has no such guard.
+
+    Parameters
+    ----------
+    plan : int, optional
+        Number of an axis, 0 to 2, along which faces are seen: none turns over in this plan, whatever the
+        directions of the run's start.
     """
 
-    name = "The promise that nothing inverts"
+    def __init__(self, plan: int | None = None) -> None:
+        self.plan = plan
+        self.topic = "inversion" if plan is None else "inversion in plan"
+        self.name = f"The promise that nothing inverts{'' if plan is None else ' in plan'}"
 
-    topic = "inversion"
+    def bind(self, state: State) -> None:
+        if self.plan is not None:
+            self._in_plan = np.zeros_like(state.reference)
+            self._in_plan[:, self.plan] = np.sign(area_vectors(state.mesh)[:, self.plan])
+
+    def _reference(self, state: State) -> npt.NDArray[np.float32]:
+        return state.reference if self.plan is None else self._in_plan
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
-        points, near, reference = state.points, state.near, state.reference
+        points, near, reference = state.points, state.near, self._reference(state)
         if state.in_place:
             parallel.run(
                 _shorten_each, starts, ends, points, near, reference, state.pinned, HALVINGS, proposed,
                 smallest_share=parallel.COSTLY,
             )  # fmt: skip
             return
-        withdraw(state, points, proposed, HALVINGS, np.zeros_like(state.pinned))
+        withdraw(state, points, proposed, HALVINGS, np.zeros_like(state.pinned), reference)
 
     def exceeded(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
         near, found = state.near, np.zeros(len(proposed), np.bool_)
         found[near.connectivity[self._found(state, state.points, proposed)[near.corner_face]]] = True
         return found
 
-    @staticmethod
-    def _found(state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
+    def _found(self, state: State, before: Float64, after: Float64) -> npt.NDArray[np.bool_]:
         found = np.empty(state.topology.n_faces, np.bool_)
-        parallel.run(_find, *parallel.ranges(len(found)), before, after, state.near, state.reference, found)
+        parallel.run(
+            _find, *parallel.ranges(len(found)), before, after, state.near, self._reference(state), found
+        )
         return found
 
     def check(self, state: State) -> str:

@@ -191,6 +191,7 @@ class NullSpace(Constraint):
     holds_lines = True
     name = "The null space (null_space)"
     phase = Phase.DIRECT
+    topic = "turning"
 
     def __init__(self) -> None:
         #: Direction d of each vertex (3.1), as the last pass found it; zero where there is none.

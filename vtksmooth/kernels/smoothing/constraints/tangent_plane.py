@@ -40,6 +40,7 @@ class TangentPlane(Constraint):
     holds_lines = True
     name = "The tangent plane (tangent_plane)"
     phase = Phase.DIRECT
+    topic = "turning"
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         parallel.run(_project, starts, ends, state.points, state.near, state.pinned, proposed)
