@@ -13,12 +13,15 @@ from hypothesis import strategies as st
 
 from vtksmooth import LaplacianSmoothing
 from vtksmooth.errors import Cancelled, InvalidMeshError, ParameterError
+from vtksmooth.filters.arrays import surface_of
 from vtksmooth.jit import parallel
+from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 from vtksmooth.kernels.measures import aspect_ratio, comparison
 from vtksmooth.kernels.mesh import adjacency
 from vtksmooth.kernels.smoothing import loop
 from vtksmooth.kernels.smoothing.constraints import Constraint
 from vtksmooth.kernels.smoothing.constraints.blend import Blend
+from vtksmooth.kernels.smoothing.constraints.containment import Containment
 from vtksmooth.kernels.smoothing.constraints.creases import Creases
 from vtksmooth.kernels.smoothing.constraints.curvature_bound import CurvatureBound
 from vtksmooth.kernels.smoothing.constraints.deviation_bound import DeviationBound
@@ -514,3 +517,27 @@ def test_a_flux_is_refused():
         ParameterError, match=r"A flux of volume \(flux\) cannot dispose of operations on edges"
     ):
         loop.smooth(mesh, Pairwise(), [LocalVolume(flux=np.ones(mesh.n_faces))], iterations=1)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_an_operation_that_would_leave_the_space_is_shortened(exact):
+    mesh = meshes.icosphere(2)
+    points = mesh.points.copy()
+    i = int(np.argmax(points[:, 2]))
+    near = adjacency.build(mesh)
+    j = int(near.ring[near.ring_offsets[i]])
+    points[i] *= 0.9
+    points[j] *= 1.1
+    mesh = mesh.with_points(points)
+    fixed = np.ones(mesh.n_points)
+    fixed[[i, j]] = 0
+    free, _ = loop.smooth(mesh, Pairwise(), iterations=1, fixed=fixed)
+    whole = free[i] - points[i]
+    top = points[i, 2] + 0.6 * whole[2]
+    walls = surface_of(pv.Box((-2, 2, -2, 2, -2, top)).triangulate()).mesh
+    space = Containment(SignedDistanceTree(walls), 1e-9, exact)
+    moved, report = loop.smooth(mesh, Pairwise(), [space], iterations=1, fixed=fixed, checked=True)
+    assert moved[i, 2] > points[i, 2] + 0.15 * whole[2]
+    assert moved[i, 2] <= top
+    assert report.broken == []
+    assert abs(report.swept_volume) < 1e-15

@@ -94,6 +94,30 @@ def above(planes, row, s, points, v):
 
 
 @device
+def _own_plane(points, p, q, r, others, faces, near, first, size, covered, behind, planes, row, s):
+    # Whether the triangle's own plane has all faces that are not covered on one side; then it is plane s.
+    normal = face_normal(points, p, q, r)
+    if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
+        return False
+    lowest = np.inf
+    highest = -np.inf
+    for c in range(size):
+        if not covered & (np.uint64(1) << np.uint64(c)):
+            f = near[first + c]
+            for corner in range(3):
+                h = height(others, faces[f, corner], points, p, normal)
+                lowest = min(lowest, h)
+                highest = max(highest, h)
+    if lowest < -behind and highest > behind:
+        return False
+    side = 1.0 if lowest >= -behind else -1.0
+    for axis in range(3):
+        planes[row, s, axis] = points[p, axis]
+        planes[row, s, 3 + axis] = side * normal[axis]
+    return True
+
+
+@device
 def separate(points, p, q, r, tree, normals, near, first, last, tolerance, planes, row):
     """Find planes that separate the triangle (p, q, r) from the faces ``near[first:last]``; return how many.
 
@@ -154,25 +178,10 @@ def separate(points, p, q, r, tree, normals, near, first, last, tolerance, plane
             planes[row, count, 3 + axis] = normal[axis]
         count += 1
     if left > 0:
-        # The triangle's own plane.
-        normal = face_normal(points, p, q, r)
-        if count == PLANES or (normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0):
+        if count == PLANES or not _own_plane(
+            points, p, q, r, others, faces, near, first, size, covered, behind, planes, row, count
+        ):
             return 0
-        lowest = np.inf
-        highest = -np.inf
-        for c in range(size):
-            if not covered & (one << np.uint64(c)):
-                f = near[first + c]
-                for corner in range(3):
-                    h = height(others, faces[f, corner], points, p, normal)
-                    lowest = min(lowest, h)
-                    highest = max(highest, h)
-        if lowest < -behind and highest > behind:
-            return 0
-        side = 1.0 if lowest >= -behind else -1.0
-        for axis in range(3):
-            planes[row, count, axis] = points[p, axis]
-            planes[row, count, 3 + axis] = side * normal[axis]
         count += 1
     for a in range(1, count):
         for b in range(a):
