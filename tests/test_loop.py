@@ -427,3 +427,13 @@ def test_gates_do_not_stall_where_rows_move_together(kind, best, gate):
     assert k == sorted(k)
     assert k[0] < 0.45
     assert k[-1] > best - 0.03
+
+
+def test_a_gate_that_accepts_nothing_is_the_reason_to_stop():
+    # All angles of rectangles are right: a gate that looks at angles finds none better.
+    even = meshes.sheet(10, 10, "quads")
+    graded = even.with_points(10.0 * (even.points / 10.0) ** 1.5)
+    for mesh, reason in ((graded, "gate"), (even, "converged")):
+        points, report = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True), Gate("angle")], iterations=5)
+        assert (report.stop_reason, report.iterations) == (reason, 0)
+        np.testing.assert_array_equal(points, mesh.points)

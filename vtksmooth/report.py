@@ -10,6 +10,7 @@ STOP_REASONS = {
     "iterations": "all iterations were done",
     "converged": "no vertex could be improved any more",
     "nothing-to-do": "no vertex is free to move",
+    "gate": "the gate accepts no step of any vertex; with another gate, or none, the surface would change",
     "gain": "the mean quality grew by less than stop_gain in an iteration",
     "normal-deviation": "the next iteration would exceed stop_normal_deviation",
     "dihedral-change": "the next iteration would exceed stop_dihedral_change",

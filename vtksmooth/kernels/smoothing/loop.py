@@ -58,6 +58,10 @@ _MEASURE_EVERY = 1.0
 _WITHDRAWALS = 6
 
 
+#: Steps below this part of the mesh's diagonal are none.
+_NOTHING = 1e-6
+
+
 @dataclass(frozen=True)
 class StopRules:
     """When to stop before all iterations are done. A rule that is None does not act.
@@ -236,6 +240,8 @@ class _Run:
         self.order: npt.NDArray[np.int32] | None = None
         #: Whether gates let no vertex move alone in the last pass.
         self.stalled = False
+        #: Whether gates took back steps of that pass that were worth mentioning.
+        self.withheld = False
         self._edges: tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]] | None = None
 
     # -- before the first pass ---------------------------------------------------------------------
@@ -355,6 +361,8 @@ class _Run:
             if moved := attempt(done, share):
                 self.stalled = attempt == self._together
                 break
+        if moved == 0 and self.withheld and not self.report.iterations:
+            return "gate"
         if moved == 0 or (kept is not None and self.disposal.closes and not self.disposal.close(state, kept)):
             return "converged"
         exceeded = self._exceeded() if self.stop.bounding else ""
@@ -399,11 +407,15 @@ class _Run:
         pinned = state.pinned.copy()
         self.disposal.judged_alone = False
         moved = 0
-        for _ in range(_WITHDRAWALS):
+        for attempt in range(_WITHDRAWALS):
             for turn in range(self.scheme.passes):
                 self.scheme.prepare(state, turn)
                 self.disposal.prepare(state)
                 moved += self._one_by_one(turn, done, share)
+            if attempt == 0:
+                free = pinned == 0
+                ways = np.abs(state.points[free] - before[free])
+                self.withheld = bool(ways.max(initial=0.0) > _NOTHING * self.mesh.diagonal)
             stay = self.disposal.unwelcome(state, before) if moved else np.zeros(len(before), bool)
             if not stay.any():
                 break
