@@ -148,6 +148,60 @@ def terrain(side: int = 161, interval: float = 60.0) -> pv.PolyData:
     return polydata(np.column_stack((places, heights)), np.where(up[:, None], faces, faces[:, ::-1]))
 
 
+def pyramid(sides: int = 6, tilt: float = 28.0) -> pv.PolyData:
+    """Return a pyramid without its base whose corners and apex, off the axis, lie on the unit sphere.
+
+    The apex is the last point; `tilt` is its angle to the axis, degrees; the base's corners are at 55.
+    """
+    around = 2.0 * np.pi * np.arange(sides) / sides
+    low, high = np.radians(55.0), np.radians(tilt)
+    base = np.column_stack(
+        (np.sin(low) * np.cos(around), np.sin(low) * np.sin(around), np.full(sides, np.cos(low)))
+    )
+    points = np.vstack((base, [np.sin(high) * np.cos(0.4), np.sin(high) * np.sin(0.4), np.cos(high)]))
+    return polydata(points, np.array([[i, (i + 1) % sides, sides] for i in range(sides)]))
+
+
+def layers(spacings: tuple[float, ...] = (1.0, 0.5, 0.25, 0.5, 1.0), jitter: float = 0.2) -> pv.PolyData:
+    """Return an arched strip of layers of triangles, each of its own size, points inside thrown about.
+
+    The cell array ``Layer`` numbers the layers, the point array ``Border`` is 1 where two of them meet.
+    """
+    length, depth = 12.0, 4.0
+    rows, border, y = [], [], 0.0
+    for number, h in enumerate(spacings):
+        for row in range(round(depth / h) + 1):
+            if row == 0 and number > 0:
+                continue
+            count = round(length / h)
+            finer = min(h, spacings[min(number + 1, len(spacings) - 1)]) if row == round(depth / h) else h
+            count = round(length / finer)
+            rows.append(
+                np.column_stack((np.linspace(0.0, length, count + 1), np.full(count + 1, y + row * h)))
+            )
+            last = row == round(depth / h) and number + 1 < len(spacings)
+            border.append(np.full(count + 1, last))
+        y += depth
+    places, met = np.concatenate(rows), np.concatenate(border)
+    inside = (places[:, 0] > 0) & (places[:, 0] < length) & (places[:, 1] > 0) & (places[:, 1] < y)
+    size = np.array(spacings)[np.minimum((places[:, 1] / depth).astype(int), len(spacings) - 1)]
+    # The triangles are those of the places before they are thrown: layers are of equal triangles at first.
+    shear = places + np.column_stack((1e-3 * places[:, 1], np.zeros(len(places))))
+    flat = pv.PolyData(np.column_stack((shear, np.zeros(len(places))))).delaunay_2d()
+    faces = flat.regular_faces
+    a, b, c = (places[faces[:, i]] for i in range(3))
+    up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    faces = np.where((up > 0.0)[:, None], faces, faces[:, ::-1])[np.abs(up) > 1e-6]
+    layer = np.minimum((places[faces].mean(axis=1)[:, 1] / depth).astype(int), len(spacings) - 1)
+    push = np.random.default_rng(0).uniform(-jitter, jitter, places.shape)
+    places = places + (inside & ~met)[:, None] * size[:, None] * push
+    turn = np.pi * (places[:, 0] / length - 0.5) / 2.0
+    arch = np.column_stack((np.sin(turn), np.zeros(len(turn)), np.cos(turn))) * (2.0 * length / np.pi)
+    mesh = polydata(arch + np.column_stack((0.0 * turn, places[:, 1], 0.0 * turn)), faces)
+    mesh["Layer"], mesh["Border"] = layer, met.astype(np.uint8)
+    return mesh
+
+
 def gyroid(samples: int = 58, periods: int = 3, level: float = 1.1) -> pv.PolyData:
     """Return an open marching-cubes gyroid, float64: slivers everywhere, sharp edges at its thin necks."""
     side = 2.0 * np.pi * periods

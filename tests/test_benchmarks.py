@@ -21,7 +21,32 @@ def test_evidence_on_generated_shapes(program, tmp_path):
     program("evidence").make(tmp_path, data=None, quick=True)
     page = (tmp_path / "evidence.md").read_text(encoding="utf-8")
     assert "TD inverts 0 triangles on the surface and 0 in the plan." in page
+    assert "## Pyramid: figure 1" in page
+    assert "| layers | TD | 20 |" in page
     assert "/" + tmp_path.name not in page
+
+
+def test_a_pyramid_and_layers_of_known_sizes(program):
+    shapes = program("shapes")
+    pyramid = shapes.pyramid()
+    np.testing.assert_allclose(np.linalg.norm(pyramid.points, axis=1), 1.0, atol=1e-12)
+    assert pyramid.n_open_edges == 6
+    assert (pyramid.face_normals[:, 2] > 0).all()
+    plain = shapes.layers(jitter=0.0)
+    sizes = program("evidence")._sizes(plain)
+    for number, h in enumerate((1.0, 0.5, 0.25, 0.5, 1.0)):
+        # The median face of a layer is half a square of its edges; all add up to the strip.
+        assert np.median(sizes[np.asarray(plain["Layer"]) == number]) == pytest.approx(h / 2**0.5, rel=0.02)
+    assert plain.area == pytest.approx(12.0 * 20.0, rel=0.01)
+
+
+def test_how_far_sizes_are_kept(program):
+    evidence, shapes = program("evidence"), program("shapes")
+    graded = shapes.layers()
+    larger = graded.copy()
+    larger.points = 3.0 * graded.points
+    np.testing.assert_allclose(evidence._kept(graded, larger), (1.0, 1.0, 3.0))
+    assert evidence._kept(graded, graded) == pytest.approx((1.0, 1.0, 1.0))
 
 
 def test_features_on_generated_shapes(program, tmp_path, monkeypatch):

@@ -113,3 +113,22 @@ def test_parameters_named_in_the_choice_exist():
         )
     assert len(alone) > 8
     assert set(alone) <= {*parameters, *SmoothingFilter.every_input()}
+
+
+def test_the_papers_items_name_tests_and_pages_that_there_are():
+    rows = [line.split("|")[1:-1] for line in (DOCS / "papers.md").read_text(encoding="utf-8").splitlines()
+            if line.startswith("| ") and not line.startswith(("| item", "| ---"))]  # fmt: skip
+    assert len(rows) > 20
+    for item, where, tests, evidence in rows:
+        assert item.strip()
+        assert where.strip()
+        named = re.findall(r"`(tests/\w+\.py)`", tests)
+        assert named, item
+        assert all((DOCS.parent / name).is_file() for name in named), item
+        pages = re.findall(r"\]\(([\w/]+\.md)\)", evidence)
+        assert pages or "*open*" in evidence, item
+        assert all((DOCS / name).is_file() for name in pages), item
+        for name in re.findall(
+            r"`(\w+(?:Smoothing|Drawing|Quality|Comparison|Detection|Regions|Triangulation))", where
+        ):
+            assert hasattr(vtksmooth, name), name
