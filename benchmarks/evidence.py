@@ -752,7 +752,8 @@ def pyramid(page: Page) -> None:
     page.heading("Pyramid: figure 1")
     page.say(
         """The paper's first figure shows a pyramid whose apex is improved in two ways: held on the
-        *original triangles*, and by TD, which may leave them for the surface that they stand for. Its argument is the
+        *original triangles*, and by TD, which may leave them for the surface that they stand for. Its
+        argument is the
         sphere: points on it, moved along the triangles between them, end up inside. Here the corners and the
         apex of the pyramid lie on the unit sphere, the apex off the axis; the base is fixed. "Constrained" is
         `BackToSurfaceSmoothing` (the paper's BDS), 20 passes each."""
@@ -791,8 +792,8 @@ def pyramid(page: Page) -> None:
     page.say(
         f"""The argument holds: TD's apex ends {100 * share:.0f} % as far inside the sphere as the constrained
         one, and with TD the whole sphere loses a tenth of the volume. It does not hold *entirely*: TD's
-        chords leave a sphere too, and a coarse pyramid shows it. In the shape of its elements BDS is ahead on the
-        sphere, whose triangles are nearly plane; TD's worst triangle needs more passes."""
+        chords leave a sphere too, and a coarse pyramid shows it. In the shape of its elements BDS is ahead
+        on the sphere, whose triangles are nearly plane; TD's worst triangle needs more passes."""
     )
     page.picture(
         "pyramid",
@@ -861,8 +862,8 @@ def gradation(page: Page) -> None:
         (`shapes.layers`: {mesh.n_points} points, {mesh.n_cells} triangles), points inside the layers thrown
         about by up to a fifth of their edges. The mean size (root of the area) of the faces of each layer
         over that at the start: 1 is no diffusion. The spread of sizes inside each layer, percent of their
-        mean: uniform zones should become more uniform. How far points where two layers meet have moved across the
-        layers, in the units of the edges: mean (and largest)."""
+        mean: uniform zones should become more uniform. How far points where two layers meet have moved
+        across the layers, in the units of the edges: mean (and largest)."""
     )
     page.table(
         ["layers", "passes", "size of each layer", "spread in it, %", "borders moved", "k min", "k mean"],
