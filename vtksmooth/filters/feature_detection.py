@@ -68,6 +68,11 @@ class FeatureDetection(Filter):
     #: Ghost cells are seen, so that classes on the boundary between pieces are the same in each.
     skipped = HIDDEN
 
+    method = Parameter(
+        "robust",
+        "robust: filtered normals, thresholds that rise with noise; paper: Jiao's detection as printed.",
+        choices=detection.METHODS,
+    )
     ridge_angle = Parameter(
         detection.AUTO, "Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise.",
         low=0.0, high=180.0, unit="deg", automatic=True, type=float,
@@ -84,7 +89,10 @@ class FeatureDetection(Filter):
         "What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).",
         choices=metric_tensor.WEIGHTS,
     )
-    denoise = Parameter(True, "Filter the faces' normals first, as far as the mesh's own noise asks.")
+    denoise = Parameter(
+        True, "Filter the faces' normals first, as far as the mesh's own noise asks.",
+        only={"method": ("robust",)},
+    )  # fmt: skip
     eigenvalue_ratios = Parameter(
         False,
         "Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.",
@@ -113,7 +121,7 @@ class FeatureDetection(Filter):
         found = detection.detect(
             mesh, near,
             ridge_angle=self.ridge_angle, corner_angle=self.corner_angle,
-            weight=self.weight, denoise=self.denoise,
+            weight=self.weight, denoise=self.denoise, method=self.method,
         )  # fmt: skip
         edits = edits_of(self, source)
         if edits is not None:

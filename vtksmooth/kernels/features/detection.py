@@ -16,6 +16,7 @@ from ..mesh.mesh import Mesh
 from ..mesh.union_find import find_root, join
 from .metric_tensor import WEIGHTS, corner_angle, eigen, metric_tensor
 from .normal_filter import NoiseMeter, filter_normals
+from .paper import detect_as_printed
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
@@ -26,6 +27,9 @@ SMOOTH, RIDGE, CORNER, CUSP = 0, 1, 2, 3
 
 #: Kinds of edges: two faces, one face, more.
 REGULAR, BOUNDARY, NON_MANIFOLD = 0, 1, 2
+
+#: Ours, which holds up amid noise, and the paper's as printed.
+METHODS = ("robust", "paper")
 
 #: Thresholds that the mesh chooses.
 AUTO = "auto"
@@ -339,6 +343,7 @@ def detect(
     corner_angle: float | str = AUTO,
     weight: str = "area",
     denoise: bool = True,
+    method: str = "robust",
 ) -> Features:
     """Find the ridge vertices, corners and cusps of a mesh, and the edges that are ridges.
 
@@ -361,6 +366,9 @@ def detect(
         What weighs a face at a vertex.
     denoise : bool
         Whether to filter the normals, see :mod:`~vtksmooth.kernels.features.normal_filter`.
+    method : {"robust", "paper"}
+        "paper": the detection as printed, without those four; "auto" is then 20 and 35 degrees, `denoise`
+        is ignored. See :func:`~vtksmooth.kernels.features.paper.detect_as_printed`.
 
     Returns
     -------
@@ -384,6 +392,13 @@ def detect(
     """
     _check_angle("ridge_angle", ridge_angle)
     _check_angle("corner_angle", corner_angle)
+    if method == "paper":
+        phi_r = RIDGE_ANGLE if ridge_angle == AUTO else float(ridge_angle)
+        phi_c = CORNER_ANGLE if corner_angle == AUTO else float(corner_angle)
+        spared = np.radians(phi_r) + _SPARE, np.radians(phi_c) + _SPARE
+        classes, picked, found, kinds = detect_as_printed(mesh, near, *spared, weight)
+        _complete_rings(classes, picked)
+        return Features(classes, picked, found, kinds, phi_r, phi_c)
     n, edges = mesh.n_points, len(near.ring)
     ranges = parallel.ranges(n)
     normals = face_normals(mesh)
