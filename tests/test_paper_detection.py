@@ -7,6 +7,7 @@ from collections import defaultdict
 import meshes
 import numpy as np
 import pytest
+from test_features import roof
 
 from vtksmooth import FeatureDetection
 from vtksmooth.kernels.features import detection
@@ -69,14 +70,14 @@ def reference(mesh, phi_r=20.0, phi_c=35.0, weight="area"):
         along = {
             w: axes[:, 0] @ (points[w] - points[v]) / np.linalg.norm(points[w] - points[v]) for w in ring[v]
         }
-        chosen = {w for w in (min(along, key=along.get), max(along, key=along.get))}
-        return 1, chosen, acute
+        return 1, {min(along, key=along.get), max(along, key=along.get)}, acute
 
     def identified(v):
         found = {w for w in ring[v] if edge(v, w) in border}
+        beyond = classes[v] >= 2 or bool(found)
         if classes[v] == 1:
-            return found | chosen[v]
-        return found | {w for w in ring[v] if classes[v] >= 2 and dihedral[edge(v, w)] >= phi_r}
+            found |= chosen[v]
+        return found | {w for w in ring[v] if beyond and dihedral[edge(v, w)] >= phi_r}
 
     everyone = sorted(ring)
     classes, chosen, acute = {}, {}, {}
@@ -122,6 +123,7 @@ CASES = {
     "noisy cube": lambda: noisy(meshes.cube(8, triangles=True), 0.05),
     "noisier cube": lambda: noisy(meshes.cube(8, triangles=True), 0.08, 1),
     "sphere": lambda: noisy(meshes.icosphere(3), 0.005),
+    "roof": lambda: noisy(roof(60.0)[0], 0.01),
     "sheet": lambda: noisy(meshes.sheet(9, 7), 0.06),
 }
 
@@ -142,10 +144,16 @@ def test_angles_and_the_filter():
     on_sides = ((mesh.points == 0) | (mesh.points == 5)).sum(axis=1) - 1
     np.testing.assert_array_equal(found.classes, on_sides)
     assert (found.ridge_angle, found.corner_angle, len(found.ridge_edges)) == (20.0, 35.0, 60)
-    blunt = detection.detect(
-        mesh, adjacency.build(mesh), ridge_angle=95.0, corner_angle=175.0, method="paper"
-    )
-    assert not (blunt.classes == 1).any()
+
+
+@pytest.mark.parametrize(("ridge_angle", "there"), [(50.0, True), (70.0, False)])
+def test_ridge_angle_decides(ridge_angle, there):
+    mesh, on_ridge = roof(60.0)
+    found = detection.detect(mesh, adjacency.build(mesh), ridge_angle=ridge_angle, method="paper")
+    inner = np.ones(mesh.n_points, bool)
+    inner[found.ridge_edges[found.edge_kinds == detection.BOUNDARY]] = False
+    assert (found.classes[on_ridge & inner] == there).all()
+    assert not found.classes[inner & ~on_ridge].any()
 
 
 def test_a_flat_two_sided_disc_has_cusps_on_its_rim():
@@ -154,7 +162,7 @@ def test_a_flat_two_sided_disc_has_cusps_on_its_rim():
     faces = [[i, (i + 1) % 12, 12] for i in range(12)] + [[(i + 1) % 12, i, 13] for i in range(12)]
     mesh = meshes.Mesh.from_faces(points, faces)
     found = detection.detect(mesh, adjacency.build(mesh), corner_angle=170.0, method="paper")
-    assert (found.classes[:12] >= 2).all()
+    assert (found.classes[:12] == detection.CUSP).all()
 
 
 @pytest.mark.parametrize("name", meshes.HOSTILE)

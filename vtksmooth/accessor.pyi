@@ -131,6 +131,7 @@ class VtksmoothAccessor:
     def feature_detection(
         self,
         *,
+        method: Literal['robust', 'paper'] = 'robust',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
         added_edges: str | None = 'AddedFeatureEdges',
@@ -155,6 +156,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        method : {'robust', 'paper'}, default 'robust'
+            robust: filtered normals, thresholds that rise with noise; paper: Jiao's detection as printed.
         ridge_angle : float, default 'auto'
             Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
@@ -166,7 +169,7 @@ class VtksmoothAccessor:
         weight : {'area', 'angle'}, default 'area'
             What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
         denoise : bool, default True
-            Filter the faces' normals first, as far as the mesh's own noise asks.
+            Filter the faces' normals first, as far as the mesh's own noise asks. Only where method is robust.
         eigenvalue_ratios : bool, default False
             Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.
         return_lines : bool, default False
@@ -202,6 +205,7 @@ class VtksmoothAccessor:
     def feature_detection(
         self,
         *,
+        method: Literal['robust', 'paper'] = 'robust',
         ridge_angle: float | Literal['auto'] = 'auto',
         corner_angle: float | Literal['auto'] = 'auto',
         added_edges: str | None = 'AddedFeatureEdges',
@@ -226,6 +230,8 @@ class VtksmoothAccessor:
 
         Parameters
         ----------
+        method : {'robust', 'paper'}, default 'robust'
+            robust: filtered normals, thresholds that rise with noise; paper: Jiao's detection as printed.
         ridge_angle : float, default 'auto'
             Dihedral angle above which an edge is a ridge; auto: 20, or more amid noise. Allowed: from 0 to 180 deg, or auto.
         corner_angle : float, default 'auto'
@@ -237,7 +243,7 @@ class VtksmoothAccessor:
         weight : {'area', 'angle'}, default 'area'
             What weighs a face at a vertex: its area, or its angle (better on badly graded meshes).
         denoise : bool, default True
-            Filter the faces' normals first, as far as the mesh's own noise asks.
+            Filter the faces' normals first, as far as the mesh's own noise asks. Only where method is robust.
         eigenvalue_ratios : bool, default False
             Add EigenvalueRatios: second and third over first eigenvalue of each metric tensor, unfiltered.
         return_lines : bool, default False

@@ -22,10 +22,11 @@ _CUSP = 0.003
 
 @device
 def _identified(near, kind, angle, classes, picked, v, r, ridge_angle):
-    # Whether v takes its edge r for a ridge edge: by its third eigenvector, at corners by the dihedral angle.
+    # Whether v takes its edge r for a ridge edge: by its third eigenvector, at corners and on boundaries by
+    # the dihedral angle.
     if kind[r] != 0:
         return True
-    if classes[v] >= 2:
+    if classes[v] >= 2 or (near.kinds[v] != 0 and angle[r] >= ridge_angle):
         return angle[r] >= ridge_angle
     return classes[v] == 1 and (picked[v, 0] == near.ring[r] or picked[v, 1] == near.ring[r])
 
@@ -182,8 +183,9 @@ def detect_as_printed(
 
     What the paper leaves open is decided so: at boundaries the angle defect is the difference from pi;
     boundary and non-manifold edges are ridge edges; a cusp has a second eigenvalue below 0.003 of the first;
-    in step 1 of the filter edges at corners count too, by their dihedral angles, since otherwise every
-    ridge would lose its ends; the neighbouring ridge vertices of step 6 are those along ridge edges.
+    in step 1 of the filter edges at corners and on boundaries count too, by their dihedral angles, since
+    otherwise every ridge would lose its ends; the neighbouring ridge vertices of step 6 are those along
+    ridge edges.
 
     Parameters
     ----------
