@@ -40,7 +40,7 @@ def _values_without_a_say():
 def test_parameters_without_a_say_are_refused(cls, name, off):
     declared = cls.parameters()
     parameter = declared[name]
-    choices = parameter.choices or (AUTO, True, "Other", 3, 0.25)
+    choices = parameter.choices or (AUTO, True, "Other", 3, 0.25, False)
     for value in choices:
         filter = cls(
             **{k: v for k, v in off.items() if k in declared and (v is not None or declared[k].optional)}
