@@ -814,8 +814,12 @@ def exercise(cls: type, odd: odd_meshes.Odd, parameters: dict[str, Any]) -> tupl
     list of Finding
     """
     where = cls.__name__
-    further = cls.every_input()[1:] if _in_space(cls, parameters) else cls.inputs[1:]
-    inputs = [odd.data, *(odd.further[name] for name in further)]
+    further: list[Any] = [odd.further[name] for name in cls.inputs[1:]]
+    if "installation" in cls.optional_inputs:
+        further.append(odd.further["installation"] if _in_space(cls, parameters) else None)
+    if "source" in cls.optional_inputs and parameters.get("ridge_angle") == "auto":
+        further.append(odd.further["installation"])
+    inputs = [odd.data, *further]
     before = [snapshot(data) for data in inputs]
     algorithm = cls(**parameters)
     try:

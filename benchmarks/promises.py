@@ -26,6 +26,8 @@ from vtksmooth.filters.arrays import surface_of
 from vtksmooth.filters.laplacian_smoothing import SCHEMES
 from vtksmooth.filters.laplacian_smoothing import LaplacianSmoothing as Laplacian
 from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.features.detection import detect
+from vtksmooth.kernels.mesh import adjacency
 from vtksmooth.kernels.mesh.mesh import Mesh
 from vtksmooth.kernels.smoothing import loop
 from vtksmooth.kernels.smoothing.constraints import Constraint, Phase
@@ -44,6 +46,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.on_source import OnSource
 from vtksmooth.kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
@@ -91,6 +94,12 @@ def _space(mesh: Mesh) -> SignedDistanceTree:
     return SignedDistanceTree(surface_of(box).mesh)
 
 
+def _source(mesh: Mesh, random: Random) -> OnSource:
+    thrown = 0.02 * mesh.diagonal * random.normal(size=mesh.points.shape)
+    other = mesh.with_points(mesh.points + thrown)
+    return OnSource(other, detect(other, adjacency.build(other)))
+
+
 def _directions(mesh: Mesh, random: Random) -> Directions:
     axis, vertex = int(random.integers(3)), mesh.points[int(random.integers(mesh.n_points))]
     planes = [(axis, float(vertex[axis]))] if random.random() < 0.5 else []
@@ -114,6 +123,7 @@ CONSTRAINTS: dict[str, Callable[[Mesh, Random], Constraint]] = {
     "null space": lambda mesh, random: NullSpace(),
     "tangent plane": lambda mesh, random: TangentPlane(),
     "back to surface": lambda mesh, random: BackToSurface(),
+    "source": lambda mesh, random: _source(mesh, random),
     "directions": lambda mesh, random: _directions(mesh, random),
     "creases": lambda mesh, random: Creases(random.uniform(10.0, 60.0)),
     "deviation": lambda mesh, random: DeviationBound(mesh.diagonal * 10.0 ** random.uniform(-4, -1)),
@@ -131,6 +141,7 @@ _ALTERNATIVES = [
     {"fixed boundary", "sliding boundary", "smoothed boundary"},
     {"features held", "features slide"},
     {"space", "exact space"},
+    {"back to surface", "source"},
 ]
 
 

@@ -11,6 +11,7 @@ from schemes import SCHEMES
 
 from vtksmooth.errors import ParameterError
 from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
+from vtksmooth.kernels.features.detection import detect
 from vtksmooth.kernels.mesh import adjacency
 from vtksmooth.kernels.mesh.mesh import Mesh
 from vtksmooth.kernels.smoothing import loop
@@ -29,6 +30,7 @@ from vtksmooth.kernels.smoothing.constraints.gate import Gate
 from vtksmooth.kernels.smoothing.constraints.local_volume import LocalVolume
 from vtksmooth.kernels.smoothing.constraints.no_inversion import NoInversion
 from vtksmooth.kernels.smoothing.constraints.null_space import NullSpace
+from vtksmooth.kernels.smoothing.constraints.on_source import OnSource
 from vtksmooth.kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
@@ -42,6 +44,12 @@ def space_round(mesh):
     return SignedDistanceTree(
         Mesh.from_arrays(low + box.points * (high - low), box.offsets, box.connectivity)
     )
+
+
+def source_near(mesh):
+    """Another surface of the same kind, thrown about, with whatever ridges that has."""
+    other = mesh.with_points(mesh.points + 0.1 * np.random.default_rng(8).normal(size=mesh.points.shape))
+    return OnSource(other, detect(other, adjacency.build(other)))
 
 
 def numbers(mesh, *choices):
@@ -61,6 +69,7 @@ CONSTRAINTS = {
     "tangent plane": lambda mesh: TangentPlane(),
     "null space": lambda mesh: NullSpace(),
     "back to surface": lambda mesh: BackToSurface(),
+    "source": lambda mesh: source_near(mesh),
     "in plan": lambda mesh: Directions("xy"),
     "about an axis": lambda mesh: Directions(about=2, center=(0.1, 0.2, 0.0)),
     "symmetry": lambda mesh: Directions(planes=[(0, mesh.points[0, 0]), (2, mesh.points[0, 2])]),
@@ -86,6 +95,7 @@ ALTERNATIVES = [
     {"sliding boundary", "smoothed boundary"},
     {"features held", "features slide"},
     {"volume", "corrected volume"},
+    {"back to surface", "source"},
     {"space", "exact space"},
     {"angle gate", "aspect gate"},
     {"angle gate", "floor gate"},
@@ -111,15 +121,16 @@ TURNING = {
     "tangent plane",
     "null space",
     "back to surface",
+    "source",
     *DIRECTIONS,
 }
 
 #: Refused because they contradict each other; on meshes of triangles, all that is.
 _VOLUMES = ("volume", "corrected volume")
-REFUSED = {frozenset({"back to surface", volume}) for volume in _VOLUMES} | {
+REFUSED = {frozenset({on, volume}) for volume in _VOLUMES for on in ("back to surface", "source")} | {
     frozenset({directions, other})
     for directions in DIRECTIONS
-    for other in (*_VOLUMES, "back to surface", "tangent plane", "null space")
+    for other in (*_VOLUMES, "back to surface", "source", "tangent plane", "null space")
 }
 
 
@@ -185,8 +196,8 @@ def test_all_promises_at_once_are_kept_on_edges(closed):
 
 @pytest.mark.parametrize(
     "name", ["fixed", "displacement", "sliding boundary", "smoothed boundary", "creases", "deviation",
-             "back to surface", "in plan", "about an axis", "symmetry", "volume", "no inversion", "space",
-             "aspect gate", "floor gate"],
+             "back to surface", "source", "in plan", "about an axis", "symmetry", "volume", "no inversion",
+             "space", "aspect gate", "floor gate"],
 )  # fmt: skip
 def test_checks_see_what_is_broken(name):
     # A constraint that only looks on finds that its promise is broken: the check can fail.

@@ -348,6 +348,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 5,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -396,6 +397,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 5
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -498,6 +501,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -560,6 +564,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -687,6 +693,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -734,6 +741,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -832,6 +841,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -879,6 +889,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -978,6 +990,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 50,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -1028,6 +1041,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 50
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -1136,6 +1151,7 @@ class VtksmoothAccessor:
         self,
         *,
         installation: pv.PolyData | None = None,
+        source: pv.PolyData | None = None,
         iterations: int = 10,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = 'Fixed',
         blend: str | None = 'BlendWeight',
@@ -1187,6 +1203,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData, optional
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 10
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default 'Fixed'
@@ -1390,6 +1408,7 @@ class VtksmoothAccessor:
         self,
         installation: pv.PolyData,
         *,
+        source: pv.PolyData | None = None,
         iterations: int = 20,
         fixed: str | Sequence[int] | npt.NDArray[Any] | None = None,
         blend: str | None = None,
@@ -1450,6 +1469,8 @@ class VtksmoothAccessor:
         ----------
         installation : pyvista.PolyData
             The installation space, its normals outwards.
+        source : pyvista.PolyData, optional
+            A surface that points are put and kept on, such as a CAD tessellation or a scan.
         iterations : int, default 20
             Most iterations to do. Allowed: 0 or more.
         fixed : str, default None

@@ -27,7 +27,6 @@ OTHER_NAMES = {
     "feature_smoothing": Ours("features", "'slide' is on; 'hold' keeps ridges where they are"),
     "feature_angle": Ours("ridge_angle", ""),
     "edge_angle": Ours("corner_angle", ""),
-    "source": Ours("back_to_surface", "only the input's own surface"),
     "generate_error_scalars": Ours("", "SurfaceComparison measures displacements and distances"),
     "generate_error_vectors": Ours("", "SurfaceComparison measures displacements and distances"),
     "normalize_coordinates": Ours("", "results do not depend on scale; leave it out"),

@@ -80,6 +80,10 @@ class RunReport:
         Vertices held because edges there are non-manifold or disagree on the orientation.
     curvature_radius : float or None
         Points as flat as a sphere of this radius did not move; None without a bound.
+    on_source : tuple of int
+        With a source, vertices kept on its surface, on its ridges, and on its corners.
+    source_deviation : tuple of float, or None
+        With a source, the largest distance of a vertex from it before and after, of those kept on it after.
     moves_checked, distances_asked : int
         Moves held against an installation space, and those of them for which a distance had to be computed.
     label_volumes : tuple of (int, float, float)
@@ -105,6 +109,8 @@ class RunReport:
     merged_points: int = 0
     irregular: int = 0
     curvature_radius: float | None = None
+    on_source: tuple[int, ...] = ()
+    source_deviation: tuple[float, float] | None = None
     moves_checked: int = 0
     distances_asked: int = 0
     label_volumes: tuple[tuple[int, float, float], ...] = ()
@@ -132,6 +138,12 @@ class RunReport:
             return ""
         return f"{self.taken_back} steps taken back where faces would have crossed; "
 
+    def _source(self) -> str:
+        if self.source_deviation is None:
+            return ""
+        before, after = self.source_deviation
+        return f"distance from the source at most {figure(before, 3)} -> {figure(after, 3)}; "
+
     def __str__(self) -> str:
         reason = STOP_REASONS[self.stop_reason]
         return (
@@ -139,7 +151,7 @@ class RunReport:
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
             f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; "
-            f"{self._taken_back()}stopped because {reason}."
+            f"{self._source()}{self._taken_back()}stopped because {reason}."
         )
 
 

@@ -46,6 +46,9 @@ INPUTS = {
     "result": Input("result", "The mesh as it is now."),
     "original": Input("original", "The mesh from before, with the same points and faces.", True),
     "installation": Input("installation space", "The installation space, its normals outwards."),
+    "source": Input(
+        "source surface", "A surface that points are put and kept on, such as a CAD tessellation or a scan."
+    ),
     "image": Input("label image", "The image of labels."),
 }
 

@@ -67,7 +67,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
 
     command = "installation-space"
     inputs = ("mesh", "installation")
-    optional_inputs = ()
+    optional_inputs = ("source",)
 
     #: Whether polygons were split into triangles.
     _split = False
@@ -121,7 +121,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
 
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata of triangles inside another."""
-        source, installation = inputs
+        source, installation, onto = (*inputs, None)[:3]
         self.progress(0.05, "measuring distances")
         inside, copies = opened(source, installation, self.tolerance_fraction), self.copies(source)
         triangles, held, weights, summary = self._with_regions(source, installation, inside, copies)
@@ -130,7 +130,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
         inside = inside._replace(measured=before)
         low, high = self._share
         self._share = (low + 0.15 * (high - low), low + 0.9 * (high - low))
-        output = self.smoothed(triangles, held, weights, inside)
+        output = self.smoothed(triangles, held, weights, inside, onto)
         self._share = (low, high)
         self.progress(0.9, "verifying")
         after = _measured(relative(surface_of(output).mesh, inside.space.origin), inside)

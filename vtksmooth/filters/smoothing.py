@@ -33,6 +33,7 @@ from ..kernels.smoothing.constraints.label_volumes import LabelVolumes
 from ..kernels.smoothing.constraints.local_volume import LocalVolume
 from ..kernels.smoothing.constraints.no_inversion import NoInversion
 from ..kernels.smoothing.constraints.null_space import NullSpace
+from ..kernels.smoothing.constraints.on_source import OnSource
 from ..kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from ..kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from ..kernels.smoothing.constraints.tangent_plane import TangentPlane
@@ -42,7 +43,7 @@ from .arrays import edge_array, output_like, point_array, point_array_names, poi
 from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS, labels_name, with_labels
 from .parameter import AUTO, CONSTRAINTS, OUTPUT, SET, STOP_RULES, Parameter
-from .places import Joined, Merge
+from .places import DUPLICATES, HIDDEN, Block, Joined, Merge, joined
 from .planes import parse_coordinates, parse_planes
 from .point_lists import SELECTION, parse_selection
 from .signed_distance import Inside, opened
@@ -105,7 +106,7 @@ class SmoothingFilter(Filter):
     """
 
     clean = True
-    optional_inputs: ClassVar[tuple[str, ...]] = ("installation",)
+    optional_inputs: ClassVar[tuple[str, ...]] = ("installation", "source")
     says_of_places = "points in one place move as one."
 
     iterations = Parameter(10, "Most iterations to do.", low=0)
@@ -348,6 +349,16 @@ class SmoothingFilter(Filter):
             constraints.append(Gate(self.gate, self.gate_floor))
         return constraints
 
+    def _on_source(self, onto: vtkPolyData, origin: npt.NDArray[np.float64] | None) -> OnSource:
+        try:
+            whole = joined([Block(None, onto)], None, True, DUPLICATES | HIDDEN)
+            mesh = surface_of(onto if whole is None else whole.polydata).mesh
+        except InvalidMeshError as error:
+            raise InvalidMeshError(f"The source surface is no usable surface: {error}") from error
+        mesh = mesh if origin is None else mesh.with_points(mesh.points - origin)
+        features = detect(mesh, adjacency.build(mesh), ridge_angle=AUTO, corner_angle=AUTO)
+        return OnSource(mesh, features, boundary=self.boundary == "smoothed")
+
     def _make_directions(self, inside: Inside | None) -> Directions:
         origin = np.zeros(3) if inside is None or inside.space.origin is None else inside.space.origin
         planes = parse_planes("symmetry_planes", self.symmetry_planes)
@@ -415,7 +426,7 @@ class SmoothingFilter(Filter):
 
     def execute(self, *inputs: Any) -> vtkPolyData:
         """Smooth one polydata, inside another one if there is one."""
-        source, installation = (*inputs, None)[:2]
+        source, installation, onto = (*inputs, None, None)[:3]
         held = self.held_points(source)
         weights = self.weights_of_steps(source, held)
         inside = None
@@ -423,7 +434,7 @@ class SmoothingFilter(Filter):
             self.progress(0.0, "measuring distances")
             inside = opened(source, installation, self.tolerance_fraction)
             self.notes += inside.space.notes
-        return self.smoothed(source, held, weights, inside)
+        return self.smoothed(source, held, weights, inside, onto)
 
     def smoothed(
         self,
@@ -431,6 +442,7 @@ class SmoothingFilter(Filter):
         held: npt.NDArray[Any] | None,
         weights: npt.NDArray[Any] | None,
         inside: Inside | None,
+        onto: vtkPolyData | None = None,
     ) -> vtkPolyData:
         """Return `source` smoothed, and keep the report.
 
@@ -443,6 +455,8 @@ class SmoothingFilter(Filter):
             The part of each step that a point takes.
         inside : Inside, optional
             The same mesh with the space that it is in.
+        onto : vtkPolyData, optional
+            The surface that its points are put on.
         """
         given, names = with_labels(source, surface_of(source), labels_name(source, self.boundary_labels))
         self.labelled = given.face_labels is not None
@@ -451,6 +465,10 @@ class SmoothingFilter(Filter):
         diagonal = mesh.diagonal
         self.read_arrays(source)
         constraints = self.make_constraints(diagonal, weights, inside)
+        kept_on = None
+        if onto is not None:
+            kept_on = self._on_source(onto, origin)
+            constraints = [each for each in constraints if not isinstance(each, BackToSurface)] + [kept_on]
         if self.self_intersection == "none-new":
             constraints.append(NoNewSelfIntersections(self._written(source, origin)))
         points, report = loop.smooth(
@@ -465,6 +483,12 @@ class SmoothingFilter(Filter):
             progress=self.progress,
             watched=bool(self.HasObserver("ProgressEvent")),
         )
+        if kept_on is not None:
+            before, after = (
+                float(kept_on.surface.query(each[mesh.used_points])[1].max(initial=0.0))
+                for each in (mesh.points, points)
+            )
+            report.source_deviation = before, after
         if not np.isfinite(points).all() and np.isfinite(mesh.points).all():
             raise VtksmoothError(
                 "The scheme diverged: points left the finite numbers; lower the relaxation factor."

@@ -395,6 +395,13 @@ class ClosestPoint:
     def __init__(self, mesh: Mesh) -> None:
         self.tree = tree_of(mesh.points, triangles(mesh))
 
+    @classmethod
+    def of_lines(cls, points: Float64, edges: npt.NDArray[np.int32]) -> ClosestPoint:
+        """Return what finds the closest points on `edges`, (k, 2): triangles without area to the tree."""
+        lines = cls.__new__(cls)
+        lines.tree = tree_of(points, np.ascontiguousarray(edges[:, [0, 1, 1]], dtype=np.int32))
+        return lines
+
     def query(self, queries: npt.ArrayLike) -> tuple[Float64, Float64]:
         """Return the closest points (q, 3) and their distances (q,) of (q, 3) `queries`."""
         queries = np.ascontiguousarray(queries, dtype=np.float64)
