@@ -35,6 +35,8 @@ from vtksmooth import (
 from vtksmooth.filters.arrays import surface_of
 from vtksmooth.jit import parallel
 from vtksmooth.kernels.containment.self_intersection import SelfIntersections
+from vtksmooth.kernels.distance.closest_point import ClosestPoint, triangles
+from vtksmooth.kernels.distance.hausdorff import farthest
 from vtksmooth.kernels.measures.comparison import dihedral_angles, is_closed, signed_volume
 from vtksmooth.kernels.mesh import adjacency
 
@@ -214,12 +216,12 @@ def costs(quick: bool) -> list[str]:
         "equilateral": lambda **how: EquilateralSmoothing(iterations=20, **how),
     }
     for kind, mesh in {"sphere, nothing crosses": sphere, "frog's label 15": frog}.items():
-        triangles = surface_of(mesh).mesh
-        pairs = SelfIntersections(triangles, adjacency.build(triangles))
-        pairs.find(triangles.points)
+        faces = surface_of(mesh).mesh
+        pairs = SelfIntersections(faces, adjacency.build(faces))
+        pairs.find(faces.points)
         began = time.perf_counter()
-        pairs.find(triangles.points)
-        look = (time.perf_counter() - began) / triangles.n_faces * 1e6
+        pairs.find(faces.points)
+        look = (time.perf_counter() - began) / faces.n_faces * 1e6
         for name, make in filters.items():
             spent: dict[str, list[float]] = {"ignore": [], "none-new": []}
             back = 0
@@ -232,7 +234,7 @@ def costs(quick: bool) -> list[str]:
                     back = max(back, smoothing.report.taken_back)
             plain, looked = (min(times) for times in spent.values())
             rows.append(
-                [kind, name, f"{triangles.n_faces:,}", number(plain), number(looked),
+                [kind, name, f"{faces.n_faces:,}", number(plain), number(looked),
                  f"{100 * (looked / plain - 1):+.0f} %", back, number(look, 2)]
             )  # fmt: skip
     head = [
@@ -254,6 +256,49 @@ def costs(quick: bool) -> list[str]:
     ]
 
 
+def distances(quick: bool) -> list[str]:
+    """Return the part on the bound on the distance of surfaces."""
+    random = np.random.default_rng(0)
+    rows = []
+    paths = {"ant": pv.examples.antfile, "airplane": pv.examples.planefile, "nut": pv.examples.nutfile}
+    for name, path in paths.items():
+        mesh = pv.read(path).triangulate().clean()
+        for smoothing in (EquilateralSmoothing(iterations=20), LaplacianSmoothing(iterations=10)):
+            surfaces = [surface_of(each).mesh for each in (mesh, pv.wrap(smoothing(mesh)))]
+            for way, (one, other) in {"back": surfaces, "there": surfaces[::-1]}.items():
+                surface = ClosestPoint(other)
+                began = time.process_time()
+                lower, upper = farthest(one, surface)
+                spent = time.process_time() - began
+                corners = one.points[triangles(one)]
+                area = np.linalg.norm(
+                    np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+                )
+                weights = random.dirichlet(np.ones(3), 10_000 if quick else 1_000_000)
+                chosen = random.choice(len(corners), len(weights), p=area / area.sum())
+                found = surface.query((corners[chosen] * weights[:, :, None]).sum(axis=1))[1].max()
+                rows.append(
+                    [name, type(smoothing).__name__, way, number(found), number(lower), number(upper),
+                     f"{100 * (upper / found - 1):.1f} %", number(spent / one.n_faces * 1e6, 2)]
+                )  # fmt: skip
+    head = [
+        "surface",
+        "filter",
+        "way",
+        "largest of 10⁶ samples",
+        "lower bound",
+        "upper bound",
+        "above samples",
+    ]
+    return [
+        "## How far apart",
+        "",
+        "Bounds on the distance (`compare --hausdorff`) beside a million random points of the faces.",
+        "",
+        *table([*head, "µs a face"], rows),
+    ]
+
+
 def make(folder: Path, quick: bool = False) -> None:
     """Write the page."""
     LaplacianSmoothing(scheme="pairwise", iterations=1, self_intersection="none-new")(pv.Sphere())
@@ -266,6 +311,7 @@ def make(folder: Path, quick: bool = False) -> None:
         *tissues(quick),
         *whole(quick),
         *costs(quick),
+        *distances(quick),
     ]
     (folder / "mesher.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 

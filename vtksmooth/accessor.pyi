@@ -85,6 +85,7 @@ class VtksmoothAccessor:
         original: pv.PolyData,
         *,
         boundary_labels: str | None = 'BoundaryLabels',
+        hausdorff: bool = False,
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -107,6 +108,8 @@ class VtksmoothAccessor:
             The mesh from before, with the same points and faces.
         boundary_labels : str, default 'BoundaryLabels'
             Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
+        hausdorff : bool, default False
+            Bound the distance of the surfaces both ways, at all their points (the Hausdorff distance).
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False

@@ -661,6 +661,10 @@ def _print_changes(summary: dict[str, Any]) -> None:
         print(f"{way:<30}{figure(figures['max']):>12}{figure(figures['mean']):>12}")
         relative = (100 * figures[f"{part}_relative"] for part in ("max", "mean"))
         print(f"{'  in % of the diagonal':<30}{''.join(f'{figure(value):>12}' for value in relative)}")
+    bounds = summary.get("hausdorff")
+    if bounds is not None:
+        print(f"{'Hausdorff distance, at most':<30}{figure(bounds['upper']):>12}")
+        print(f"{'Hausdorff distance, at least':<30}{figure(bounds['lower']):>12}")
     volume = summary["volume_change_percent"]
     if volume is not None:
         print(f"{'volume change, %':<30}{figure(volume):>12}")
