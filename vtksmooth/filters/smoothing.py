@@ -508,14 +508,18 @@ class SmoothingFilter(Filter):
             report = replace(report, volume_rounded=comparison.signed_volume(written))
         if self.whole is not None:
             report = replace(report, merged_points=self.whole.merged_points)
-        output = output_like(source)
-        output.SetPoints(vtk_points(rounded))
+        self.report = report
+        return self._with_points(source, rounded)
+
+    def _with_points(self, source: vtkPolyData, points: npt.NDArray[Any]) -> vtkPolyData:
+        """Return `source` with its new points, and with what the report says as field data."""
+        output, report = output_like(source), self.report
+        output.SetPoints(vtk_points(points))
         add_field(output, "SmoothingIterations", report.iterations)
         add_field(output, "SmoothingStopReason", report.stop_reason)
         add_field(output, "SmoothingVerticesMoved", report.moved)
         add_field(output, "SmoothingMergedPoints", report.merged_points)
         add_field(output, "SmoothingSeconds", report.seconds)
-        self.report = report
         return output
 
     def _written(
