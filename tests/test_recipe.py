@@ -18,7 +18,7 @@ import vtksmooth
 from vtksmooth import MeshFileError, ParameterError, Recipe, RecipeError, Step
 from vtksmooth.cli import main
 from vtksmooth.files import read_surface, write_surface
-from vtksmooth.filters import FILTERS
+from vtksmooth.filters import FILTERS, INPUTS
 
 
 def noisy_sphere():
@@ -310,7 +310,7 @@ def test_command_lines_and_scripts_have_the_same_parameters(recipe):
 
         def __getattr__(self, method):
             def call(*meshes, **parameters):
-                made.append({k: v for k, v in parameters.items() if k != "installation"})
+                made.append({k: v for k, v in parameters.items() if k not in INPUTS})
                 return self
 
             return call
