@@ -108,8 +108,8 @@ def test_a_space_is_that_of_one_call(part):
     inside, free = (pv.wrap(smoothing(*given)).points for given in ((skin, space), (skin,)))
     assert (inside != free).any()
     np.testing.assert_array_equal(free, pv.wrap(TrapeziumDrawing(iterations=2)(skin)).points)
-    with pytest.raises(TypeError, match="takes 2 inputs: mesh, installation; installation may be left out"):
-        smoothing(skin, space, space)
+    with pytest.raises(TypeError, match="takes 3 inputs: mesh, installation, source; installation may be"):
+        smoothing(skin, space, skin, space)
 
 
 @pytest.mark.parametrize("values", [{"containment": "vertices"}, {"tolerance_fraction": 0.1}])

@@ -382,11 +382,9 @@ def test_instructions_word_for_word(paraview, tmp_path):
         missing(f"pip has failed: {installed.stderr.strip().splitlines()[-1]}")
     code = (
         "from paraview.simple import *; quality = SurfaceQuality(Input=Sphere()); quality.UpdatePipeline(); "
-        "import vtksmooth; print(vtksmooth.__file__, quality.CellData.keys())"
+        "import vtksmooth; print(vtksmooth.__file__, quality.CellData.keys()[0])"
     )
     script = "\n".join([*exports, f'pvpython -c "{code}"'])
     done = subprocess.run(["bash", "-c", script], cwd=home, env=env, capture_output=True, text=True)
     assert "compiles its kernels" not in done.stderr  # it is said by the progress bar
-    assert done.stdout.split() == [f"{home}/vtksmooth-paraview/vtksmooth/__init__.py", "['AspectRatio']"], (
-        done
-    )
+    assert done.stdout.split() == [f"{home}/vtksmooth-paraview/vtksmooth/__init__.py", "AspectRatio"], done

@@ -99,6 +99,7 @@ _EVERYTHING = {
     "preserve_volume": False,
     "weighted": True,
     "eigenvalue_ratios": True,
+    "hausdorff": True,
     "flow": "Flow",
     "fix": "0-3",
     "grow": 1,
@@ -109,6 +110,7 @@ _EVERYTHING = {
 #: What the above excludes.
 _BESIDES: tuple[dict[str, object], ...] = (
     {"implicit_step": 2.0},
+    {"directions": "xy"},
     {"max_displacement": "Displacement"},
     {"null_space": True, "corrections": 0, "preserve_volume": False},
     {"null_space": True, "corrections": 0, "preserve_volume": False, "gate": "aspect"},
@@ -128,7 +130,7 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
         everything,
         *({n: v for n, v in besides.items() if n in declared} for besides in _BESIDES),
     ]
-    for name in ("scheme", "gate", "weight", "weights", "containment"):
+    for name in ("scheme", "gate", "weight", "weights", "containment", "method"):
         for choice in (declared[name].choices or ()) if name in declared else ():
             settings += [{name: choice}, {**everything, name: choice}]
     for setting in settings:
@@ -150,6 +152,7 @@ def label_image(size: int) -> vtkImageData:
 def _smooth_labels(size: int) -> None:
     surface = SegmentationSurface(iterations=2)(label_image(size))
     LaplacianSmoothing(iterations=2, preserve_volume=True)(surface)
+    LaplacianSmoothing(iterations=1, scheme="pairwise", gate="floor")(surface)
 
 
 def _pick(mesh: Mesh) -> None:

@@ -40,7 +40,8 @@ _INFINITE = 1e30
 def usual_measure(mesh: Mesh, name: str) -> Float64:
     """Return a measure of each face, (m,), by its name in ``USUAL_MEASURES``.
 
-    NaN for faces with more than four corners, or less than three; infinite where Verdict says so.
+    NaN for faces with more than four corners, or less than three; infinite where Verdict says so, as of faces
+    without an area.
 
     Examples
     --------
@@ -72,8 +73,8 @@ def usual_measure(mesh: Mesh, name: str) -> Float64:
 
 
 def summary_of_measure(values: Float64) -> dict[str, float | None]:
-    """Return the least, the mean and the greatest value of faces that have one; None where none has."""
-    there = values[~np.isnan(values)]
+    """Return the least, the mean and the greatest finite value of faces; None where there is none."""
+    there = values[np.isfinite(values)]
     if not len(there):
         return dict.fromkeys(("min", "mean", "max"))
     return {"min": float(there.min()), "mean": float(there.mean()), "max": float(there.max())}
