@@ -239,6 +239,7 @@ def costs(quick: bool) -> list[str]:
                 [kind, name, f"{faces.n_faces:,}", number(plain), number(looked),
                  f"{100 * (looked / plain - 1):+.0f} %", back, number(look, 2)]
             )  # fmt: skip
+    parallel.set_number_of_threads(threads)
     head = [
         "surface",
         "filter, 20 iterations",
