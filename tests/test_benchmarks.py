@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 from vtksmooth.files import writing
 from vtksmooth.filters.arrays import surface_of
@@ -239,6 +240,16 @@ def test_what_is_lost_without_a_note_is_found(program, tmp_path, monkeypatch):
     lines = next(feature for feature in formats.FEATURES if feature.title == "lines")
     with pytest.raises(RuntimeError, match=r"\.off loses lines without a note"):
         formats.outcome(".off", lines, tmp_path, set())
+
+
+def test_what_a_mesher_accepts_is_judged(program):
+    mesher = program("mesher")
+    ball = pv.Icosphere(nsub=2)
+    good, bad = mesher.judge(ball), mesher.judge(ball + pv.Icosphere(nsub=2, center=(0.5, 0.1, 0.2)))
+    assert (good.crossing, good.touching) == (0, 0)
+    assert good.accepted in ("yes", "-")
+    assert bad.crossing > 10
+    assert bad.accepted in ("no", "-")
 
 
 def test_exact_containment_forgets_what_it_allowed_where_another_bound_refuses(program):

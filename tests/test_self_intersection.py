@@ -1,6 +1,8 @@
 """Pairs of faces that cross or touch, against rational arithmetic."""
 
+import json
 import os
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -9,7 +11,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from vtksmooth import SelfIntersection, set_number_of_threads
+from vtksmooth import SelfIntersection, SurfaceQuality, set_number_of_threads
+from vtksmooth.cli import main
 from vtksmooth.kernels.containment.self_intersection import (
     APART,
     CROSSING,
@@ -316,3 +319,18 @@ def test_faces_of_two_corners_are_no_triangles():
     check = SelfIntersection()
     check(line)
     assert check.summary["crossing_pairs"] == check.summary["degenerate_triangles"] == 0
+
+
+def test_quality_counts_on_demand(tmp_path, capsys):
+    check, quality = SelfIntersection(), SurfaceQuality(self_intersections=True)
+    check(crossed_boxes())
+    quality(crossed_boxes())
+    assert quality.summary["self_intersections"] == check.summary
+    plain = SurfaceQuality()
+    plain(crossed_boxes())
+    assert "self_intersections" not in plain.summary
+    crossed_boxes().save(tmp_path / "boxes.vtp")
+    assert main(["quality", str(tmp_path / "boxes.vtp"), "--self-intersections", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["self_intersections"] == check.summary
+    assert main(["quality", str(tmp_path / "boxes.vtp"), "--self-intersections"]) == 0
+    assert re.search(r"crossing pairs +8", capsys.readouterr().out)

@@ -40,6 +40,7 @@ class VtksmoothAccessor:
         *,
         boundary_labels: str | None = 'BoundaryLabels',
         usual_measures: bool = True,
+        self_intersections: bool = False,
         inplace: bool = False,
         progress_bar: bool = False,
     ) -> pv.PolyData:
@@ -61,6 +62,8 @@ class VtksmoothAccessor:
             Cell array of the labels on the two sides of each face, normals from the first to the second (or of one label, the other is 0); absent, the surface is one between two sides.
         usual_measures : bool, default True
             Add the smallest and largest angle, edge ratio, radius ratio, skewness and scaled Jacobian as well.
+        self_intersections : bool, default False
+            Count the faces that cross or touch each other as well.
         inplace : bool, default False
             Change the mesh itself and return it.
         progress_bar : bool, default False

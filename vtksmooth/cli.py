@@ -423,6 +423,8 @@ class _Run:
         if not self._json(summary):
             _print_table([(options.mesh.name, summary)])
             _print_usual_measures(summary.get("usual_measures", {}))
+            for key, count in summary.get("self_intersections", {}).items():
+                print(f"{key.replace('_', ' '):<22}{count:>12}")
 
     def compare(self) -> None:
         from .filters import SurfaceComparison, SurfaceQuality

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from ..kernels.containment.self_intersection import CROSSING, TOUCHING, SelfIntersections
+from ..kernels.mesh.mesh import Mesh
 from .arrays import output_like, surface_of, vtk_array
 from .base import Filter, add_field
 from .places import Joined
@@ -83,15 +84,8 @@ class SelfIntersection(Filter):
         pairs, levels, degenerate = SelfIntersections(surface.mesh).find(surface.mesh.points)
         self.progress(0.9)
         self._found = pairs, levels
-        of_faces = np.zeros(surface.mesh.n_faces, np.uint8)
-        np.maximum.at(of_faces, pairs, levels[:, None])
-        self.summary = {
-            "crossing_pairs": int((levels == CROSSING).sum()),
-            "touching_pairs": int((levels == TOUCHING).sum()),
-            "crossing_faces": int((of_faces == CROSSING).sum()),
-            "touching_faces": int((of_faces == TOUCHING).sum()),
-            "degenerate_triangles": len(degenerate),
-        }
+        of_faces = _levels_of_faces(surface.mesh, pairs, levels)
+        self.summary = _counts(of_faces, levels, degenerate)
         output = output_like(source)
         of_cells = np.zeros(surface.n_cells, np.uint8)
         np.maximum.at(of_cells, surface.cells, of_faces)  # a strip is several faces
@@ -101,6 +95,32 @@ class SelfIntersection(Filter):
             add_field(output, key.title().replace("_", ""), value)
         self.progress(1.0)
         return output
+
+
+def self_intersections_of(mesh: Mesh) -> dict[str, int]:
+    """Return how many faces of a mesh cross or touch others, as the summary of SelfIntersection has it."""
+    pairs, levels, degenerate = SelfIntersections(mesh).find(mesh.points)
+    return _counts(_levels_of_faces(mesh, pairs, levels), levels, degenerate)
+
+
+def _levels_of_faces(
+    mesh: Mesh, pairs: npt.NDArray[np.int32], levels: npt.NDArray[np.uint8]
+) -> npt.NDArray[np.uint8]:
+    of_faces = np.zeros(mesh.n_faces, np.uint8)
+    np.maximum.at(of_faces, pairs, levels[:, None])
+    return of_faces
+
+
+def _counts(
+    of_faces: npt.NDArray[np.uint8], levels: npt.NDArray[np.uint8], degenerate: npt.NDArray[np.int32]
+) -> dict[str, int]:
+    return {
+        "crossing_pairs": int((levels == CROSSING).sum()),
+        "touching_pairs": int((levels == TOUCHING).sum()),
+        "crossing_faces": int((of_faces == CROSSING).sum()),
+        "touching_faces": int((of_faces == TOUCHING).sum()),
+        "degenerate_triangles": len(degenerate),
+    }
 
 
 def _add_pairs(output: vtkPolyData, pairs: npt.NDArray[np.int64], levels: npt.NDArray[np.uint8]) -> None:

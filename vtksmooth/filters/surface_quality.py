@@ -17,6 +17,7 @@ from .arrays import Surface, output_like, surface_of, vtk_array
 from .base import Filter, add_field
 from .labels import BOUNDARY_LABELS_PARAMETER, Labels, labels_name, with_labels
 from .parameter import Parameter
+from .self_intersection import self_intersections_of
 from .usual_measures import USUAL_MEASURES, summary_of_measure, usual_measure
 
 ASPECT_RATIO = "AspectRatio"
@@ -100,7 +101,8 @@ class SurfaceQuality(Filter):
     ----------
     summary : dict
         The figures of ``vtksmooth quality --json``; also in the output's field data. Of a surface between
-        labels ``labels`` has the volume of each.
+        labels ``labels`` has the volume of each. With the parameter `self_intersections` that has the summary
+        of :class:`SelfIntersection`.
 
     Examples
     --------
@@ -122,6 +124,7 @@ class SurfaceQuality(Filter):
         True,
         "Add the smallest and largest angle, edge ratio, radius ratio, skewness and scaled Jacobian as well.",
     )
+    self_intersections = Parameter(False, "Count the faces that cross or touch each other as well.")
 
     def joins_all(self, block: Any) -> bool:
         """Return whether the faces have labels: then walls between others may meet at a place."""
@@ -145,6 +148,8 @@ class SurfaceQuality(Filter):
             self.summary["usual_measures"] = add_usual_measures(
                 output, surface, lambda done: self.progress(0.4 + 0.6 * done)
             )
+        if self.self_intersections:
+            self.summary["self_intersections"] = self_intersections_of(mesh)
         add_field(output, "AspectRatioMin", self.summary["aspect_ratio"]["min"])
         add_field(output, "AspectRatioMean", self.summary["aspect_ratio"]["mean"])
         add_field(output, "AspectRatioHistogram", self.summary["aspect_ratio"]["histogram"])
