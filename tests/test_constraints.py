@@ -406,3 +406,21 @@ def test_the_floor_gate_lets_the_mean_grow_where_the_aspect_gate_does_not():
         _, report = loop.smooth(mesh, Equilateral(1.0), [TangentPlane(), Gate(measure)], iterations=20)
         mean[measure] = report.mean_aspect_ratio[1]
     assert mean["floor"] > mean["aspect"] + 0.01
+
+
+def test_no_step_takes_the_area_from_a_face_beside_a_crease():
+    # The middle of each wall goes to a corner of it: onto an end of creases.
+    mesh = meshes.cube(2, triangles=True)
+    middle = np.flatnonzero((mesh.points == 1.0).sum(axis=1) == 2)
+    corner = mesh.points.copy()
+    corner[middle] = np.where(mesh.points[middle] == 1.0, 2.0, mesh.points[middle])
+
+    class ToTheCorner(Umbrella):
+        def propose(self, state, turn, starts, ends, proposed):
+            for first, last in zip(starts, ends, strict=True):
+                places = state.in_order(corner)[first:last]
+                free = state.pinned[first:last, None] == 0
+                proposed[first:last] = np.where(free, places, state.points[first:last])
+
+    _, report = loop.smooth(mesh, ToTheCorner(), [Creases(40.0)], iterations=1, checked=True)
+    assert report.broken == []

@@ -57,6 +57,9 @@ def _stays(points, near, edge_ends, edge_faces, sign, limit, s, v, x, y, z):
     new = sign[s] * dihedral_angle(ax, ay, az, bx, by, bz, qx - px, qy - py, qz - pz)
     if p == v or q == v:
         return new >= limit
+    # A face without an area has no direction, and no angle that it turns by could be too large.
+    if (ax == 0.0 and ay == 0.0 and az == 0.0) or (bx == 0.0 and by == 0.0 and bz == 0.0):
+        return False
     nobody = np.int64(-1)
     cx, cy, cz = _area_vector(points, near, edge_faces[s, 0], nobody, x, y, z)
     dx, dy, dz = _area_vector(points, near, edge_faces[s, 1], nobody, x, y, z)
