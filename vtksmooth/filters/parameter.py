@@ -59,8 +59,8 @@ class Parameter:
     text : str
         What a str is that is no array's name, in a word; the help says how it is written.
     points : bool
-        Whether a mask or numbers of points are allowed in place of an array's name; they become a text such as
-        ``points:0-14,20``.
+        Whether a mask or numbers of points are allowed in place of an array's name; they become a text such
+        as ``points:0-14,20``.
     only : mapping of str to sequence or "set", optional
         Other parameters and those of their values with which this one has a say, if it has not always; one
         of them is enough. Inputs of the filter may be among them, as "set". Where it has none, only its
