@@ -225,6 +225,21 @@ def quad_torus(around: int = 120, across: int = 60, noise: float = 0.3, seed: in
     return polydata(points, faces.reshape(-1, 4))
 
 
+def graded_torus(ratio: float, around: int = 120, across: int = 60) -> tuple[pv.PolyData, Float64]:
+    """Return a torus (radii 3 and 1) of triangles whose rows are by turns narrow and `ratio` times as wide.
+
+    And its unit normals, (n, 3).
+    """
+    u, v = (2.0 * np.pi * lines(count, ratio)[:-1] for count in (around, across))
+    u, v = (angle.ravel() for angle in np.meshgrid(u, v, indexing="ij"))
+    normals = np.column_stack((np.cos(v) * np.cos(u), np.cos(v) * np.sin(u), np.sin(v)))
+    points = normals + 3.0 * np.column_stack((np.cos(u), np.sin(u), np.zeros(len(u))))
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(around), np.arange(across), indexing="ij"))
+    after_i, after_j = (i + 1) % around, (j + 1) % across
+    a, b, c, d = i * across + j, after_i * across + j, after_i * across + after_j, i * across + after_j
+    return polydata(points, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))), normals
+
+
 def sphere(triangles: int, noise: float = 0.0, shuffled: bool = False, seed: int = 0) -> pv.PolyData:
     """Return a unit sphere of about `triangles` triangles, float64: an octahedron, subdivided.
 

@@ -199,6 +199,17 @@ def test_noise_on_a_cube(level, bound):
     assert 2 * (found & there).sum() / (found.sum() + there.sum()) >= bound
 
 
+@pytest.mark.parametrize(("level", "bound"), [(0.05, 0.99), (0.1, 0.95), (0.2, 0.85)])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_noise_on_half_a_cube(level, bound, axis):
+    clean = meshes.cube(16, triangles=True)
+    push = np.random.default_rng(0).normal(0.0, level, clean.points.shape)
+    push[clean.points[:, axis] < 8.0] = 0.0
+    found = detect(clean.with_points(clean.points + push)).classes > 0
+    there = on_cube(clean, 16) > 0
+    assert 2 * (found & there).sum() / (found.sum() + there.sum()) >= bound
+
+
 @pytest.mark.parametrize("ridge_angle", [30.0, "auto"])
 def test_classes_do_not_depend_on_the_numbering(ridge_angle):
     ball = meshes.icosphere(2)

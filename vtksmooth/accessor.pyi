@@ -372,6 +372,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -439,6 +440,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
@@ -525,6 +528,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -606,6 +610,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
@@ -717,6 +723,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -783,6 +790,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
@@ -865,6 +874,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -931,6 +941,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
@@ -1014,6 +1026,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -1083,6 +1096,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False
@@ -1175,6 +1190,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = True,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 2,
         preserve_volume: bool = True,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -1245,6 +1261,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default True
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 2
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default True
@@ -1432,6 +1450,7 @@ class VtksmoothAccessor:
         gate_floor: float = 0.6,
         max_deviation_fraction: float | None = None,
         null_space: bool = False,
+        tensor_weight: Literal['area', 'angle'] = 'area',
         corrections: int = 0,
         preserve_volume: bool = False,
         containment: Literal['none', 'vertices', 'exact'] = 'exact',
@@ -1511,6 +1530,8 @@ class VtksmoothAccessor:
             Keep every point within this distance of the original surface. Allowed: 0 diagonals or more, or None (off).
         null_space : bool, default False
             Keep of each step what goes across the surface or along its ridges; corners do not slide.
+        tensor_weight : {'area', 'angle'}, default 'area'
+            What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes). Only where null_space is on.
         corrections : int, default 0
             Corrections in each pass of the volume that is swept round every point; 0 is none. Allowed: from 0 to 100.
         preserve_volume : bool, default False

@@ -78,6 +78,8 @@ class RunReport:
         Points of the input that lie where another one is: points in one place are one vertex.
     irregular : int
         Vertices held because edges there are non-manifold or disagree on the orientation.
+    vertex_classes : tuple of int
+        Vertices that are smooth, on ridges, corners and cusps, where features are kept; empty elsewhere.
     curvature_radius : float or None
         Points as flat as a sphere of this radius did not move; None without a bound.
     on_source : tuple of int
@@ -108,6 +110,7 @@ class RunReport:
     broken: list[str] = field(default_factory=list)
     merged_points: int = 0
     irregular: int = 0
+    vertex_classes: tuple[int, ...] = ()
     curvature_radius: float | None = None
     on_source: tuple[int, ...] = ()
     source_deviation: tuple[float, float] | None = None
@@ -138,6 +141,10 @@ class RunReport:
             return ""
         return f"{self.taken_back} steps taken back where faces would have crossed; "
 
+    def _cusps(self) -> str:
+        cusps = self.vertex_classes[-1] if self.vertex_classes else 0
+        return f"{cusps} cusp{'s'[: cusps != 1]} held; " if cusps else ""
+
     def _source(self) -> str:
         if self.source_deviation is None:
             return ""
@@ -151,7 +158,7 @@ class RunReport:
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
             f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; "
-            f"{self._source()}{self._taken_back()}stopped because {reason}."
+            f"{self._cusps()}{self._source()}{self._taken_back()}stopped because {reason}."
         )
 
 

@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from ..errors import InvalidMeshError, ParameterError, VtksmoothError
 from ..kernels.features.detection import Features, detect
 from ..kernels.features.edits import edited
+from ..kernels.features.metric_tensor import WEIGHTS
 from ..kernels.measures import comparison
 from ..kernels.mesh import adjacency
 from ..kernels.mesh.adjacency import Adjacency
@@ -191,6 +192,13 @@ class SmoothingFilter(Filter):
         "Keep of each step what goes across the surface or along its ridges; corners do not slide.",
         group=CONSTRAINTS,
     )
+    tensor_weight = Parameter(
+        "area",
+        "What weighs a face in a vertex' tensor: its area, or its angle (better on badly graded meshes).",
+        choices=WEIGHTS,
+        group=CONSTRAINTS,
+        only={"null_space": (True,)},
+    )
     corrections = Parameter(
         0,
         "Corrections in each pass of the volume that is swept round every point; 0 is none.",
@@ -315,7 +323,7 @@ class SmoothingFilter(Filter):
         if self.tangent_plane or tangential:
             constraints.append(TangentPlane())
         if self.null_space:
-            constraints.append(NullSpace())
+            constraints.append(NullSpace(self.tensor_weight))
         if self.boundary == "smoothed":
             constraints.append(SmoothedBoundary(self.boundary_corner_angle))
         else:
@@ -610,7 +618,8 @@ class SmoothingFilter(Filter):
         return Features(classes.astype(np.uint8), ring.astype(np.int32), no_edges)
 
     def _find_features(self, mesh: Mesh, near: Adjacency) -> Features:
-        return detect(mesh, near, ridge_angle=self.ridge_angle, corner_angle=self.corner_angle)
+        weight = self.tensor_weight if self.null_space else WEIGHTS[0]
+        return detect(mesh, near, ridge_angle=self.ridge_angle, corner_angle=self.corner_angle, weight=weight)
 
     def _in_output_precision(self, points: npt.NDArray[np.float64], given: np.dtype[Any]) -> npt.NDArray[Any]:
         default = self.output_points_precision == "default"

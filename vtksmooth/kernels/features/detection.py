@@ -68,7 +68,7 @@ class Features(NamedTuple):
     edge_kinds : (r,) uint8
         REGULAR, BOUNDARY or NON_MANIFOLD.
     ridge_angle, corner_angle : float
-        The thresholds that were used, degrees.
+        The thresholds that were used, degrees; where noise is uneven those of the quietest part.
     """
 
     classes: UInt8
@@ -77,6 +77,10 @@ class Features(NamedTuple):
     edge_kinds: UInt8 = np.empty(0, np.uint8)
     ridge_angle: float = np.nan
     corner_angle: float = np.nan
+
+    def counts(self) -> tuple[int, ...]:
+        """Return how many vertices are smooth, on ridges, corners and cusps."""
+        return tuple(np.bincount(self.classes, minlength=4).tolist())
 
 
 @device
@@ -114,17 +118,19 @@ def _cosine(points, v, a, b):
 
 @kernel
 def _classify(
-    starts, ends, points, near, normals, weight, ridge_angle, turn_angle, joined, before,
+    starts, ends, points, near, normals, weight, ridge_angle, ridge_angles, turn_angles, joined, before,
     kind, angle, classes, picked, acute,
 ):  # fmt: skip
     # Section 4.1, for the vertices whose class was 1 before. `joined`: the second round, in which ridge
-    # vertices take the tensors of their neighbours along the ridge too.
-    chi_r = np.tan(0.5 * ridge_angle) ** 2
-    chi_c = 2.0 * np.tan(0.5 * turn_angle) ** 2
+    # vertices take the tensors of their neighbours along the ridge too. Angles of edges are to be compared
+    # with `ridge_angle`, what is of vertices with theirs: one for all, or one for each.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             if before[v] != 1:
                 continue
+            chi_r = np.tan(0.5 * ridge_angles[min(v, ridge_angles.size - 1)]) ** 2
+            turn_angle = turn_angles[min(v, turn_angles.size - 1)]
+            chi_c = 2.0 * np.tan(0.5 * turn_angle) ** 2
             ring = near.ring_offsets[v]
             size = near.ring_offsets[v + 1] - ring
             a00 = 0.0
@@ -330,6 +336,29 @@ def _complete_rings(classes, picked):
                 picked[v, side] = -1
 
 
+@kernel
+def _relate_to_noise(starts, ends, near, ridge_angles, smallest, angle):
+    # What an edge turns by, were the noise that of the quietest part.
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+                angle[r] *= smallest / max(ridge_angles[v], ridge_angles[near.ring[r]])
+
+
+def _thresholds(
+    ridge_angle: float | str, corner_angle: float | str, noise: Float64
+) -> tuple[Float64, Float64]:
+    # In degrees, one for all or one for each vertex, as the noise is.
+    if ridge_angle == AUTO:
+        ridge = np.clip(1.5 * np.degrees(noise), RIDGE_ANGLE, LARGEST_RIDGE_ANGLE)
+    else:
+        ridge = np.array([float(ridge_angle)])
+    corner = (
+        np.maximum(CORNER_ANGLE, 1.2 * ridge) if corner_angle == AUTO else np.array([float(corner_angle)])
+    )
+    return ridge, corner
+
+
 def _check_angle(name: str, angle: float | str) -> None:
     if angle != AUTO and not (isinstance(angle, (int, float)) and 0.0 <= angle <= 180.0):
         raise ParameterError(f"{name} must be from 0 to 180 degrees, or auto, not {angle!r}.")
@@ -358,7 +387,8 @@ def detect(
     near : Adjacency
     ridge_angle : float or "auto"
         Dihedral angle from which an edge is a ridge, degrees (the paper's phi_r). "auto": 20, or 1.5 times
-        the noise if that is more.
+        the noise if that is more; where a part of the mesh is much noisier than the rest, the noise about
+        each vertex.
     corner_angle : float or "auto"
         Turning angle from which a cone's tip is a corner, degrees (phi_c); on boundaries, by how much the
         boundary must turn. "auto": 35, or 1.2 times the ridge angle if that is more.
@@ -402,13 +432,14 @@ def detect(
     n, edges = mesh.n_points, len(near.ring)
     ranges = parallel.ranges(n)
     normals = face_normals(mesh)
-    meter = NoiseMeter(near)
-    noise = meter.measure(normals) if denoise or ridge_angle == AUTO else 0.0
-    if ridge_angle == AUTO:
-        ridge_angle = min(max(RIDGE_ANGLE, 1.5 * np.degrees(noise)), LARGEST_RIDGE_ANGLE)
-    if corner_angle == AUTO:
-        corner_angle = max(CORNER_ANGLE, 1.2 * float(ridge_angle))
-    phi_r, phi_c = np.radians(float(ridge_angle)) + _SPARE, np.radians(float(corner_angle)) + _SPARE
+    meter = NoiseMeter(mesh.points, near)
+    noise = np.array([meter.measure(normals) if denoise or ridge_angle == AUTO else 0.0])
+    if (denoise or ridge_angle == AUTO) and meter.is_uneven(normals, noise[0]):
+        noise = np.maximum(meter.local(normals), noise[0])
+    ridge_angles, corner_angles = _thresholds(ridge_angle, corner_angle, noise)
+    ridge_angle, corner_angle = float(ridge_angles.min()), float(corner_angles.min())
+    ridge_angles, corner_angles = np.radians(ridge_angles) + _SPARE, np.radians(corner_angles) + _SPARE
+    phi_r, phi_c = float(ridge_angles.min()), float(corner_angles.min())
     if denoise:
         normals = filter_normals(meter, normals, noise)
     kind, angle = np.empty(edges, np.uint8), np.empty(edges, np.float32)
@@ -417,12 +448,14 @@ def detect(
     cosine = float(np.cos(min(0.5 * phi_r, 0.5 * phi_c, np.pi / 6.0)))
     classes, picked = np.empty(n, np.uint8), np.full((n, 2), -1, np.int32)
     parallel.run(measure_edges, *ranges, near, normals, cosine, kind, angle, classes)
+    if len(ridge_angles) > 1:
+        parallel.run(_relate_to_noise, *ranges, near, ridge_angles, phi_r, angle)
     other_classes, other_picked = np.empty_like(classes), np.empty_like(picked)
     acute = np.zeros(n, np.uint8)
     for joined in (False, True):
         parallel.run(
-            _classify, *ranges, mesh.points, near, normals, WEIGHTS.index(weight), phi_r, phi_c, joined,
-            classes.copy(), kind, angle, classes, picked, acute,
+            _classify, *ranges, mesh.points, near, normals, WEIGHTS.index(weight), phi_r, ridge_angles,
+            corner_angles, joined, classes.copy(), kind, angle, classes, picked, acute,
         )  # fmt: skip
         for only_corners in (True, False):
             parallel.run(
@@ -442,7 +475,7 @@ def detect(
     alone = np.bincount(found.ravel(), minlength=n) == 0
     classes[alone & (classes == RIDGE) & (acute == 0)] = SMOOTH
     _complete_rings(classes, picked)
-    return Features(classes, picked, found, kinds, float(ridge_angle), float(corner_angle))
+    return Features(classes, picked, found, kinds, ridge_angle, corner_angle)
 
 
 @kernel

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ...jit import parallel
-from ...jit.compiled import kernel
+from ...jit.compiled import device, kernel
 from ..measures.dihedral import measure_edges
 from ..mesh.adjacency import Adjacency
 from ..mesh.mesh import LARGEST_POLYGON
 
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
+Ranges = tuple[Int64, Int64]
 
 #: Standard deviation of the weight's bell over the noise.
 _REACH = 6.0
@@ -37,13 +38,32 @@ _SAMPLE = 50_000
 #: Bins of the histogram of dihedral angles.
 _BINS = 8192
 
+#: Edges, each from both ends, that the noise about one vertex is measured at, at least: some four rings.
+_ABOUT = 192
+
+#: Noise is uneven where more than this share of the vertices has this much more of it than the flattest
+#: quarter: a factor, and an angle in radians.
+_UNEVEN, _MORE, _MUCH = 0.1, 2.0, np.radians(1.0)
+
+#: Noise turns edges both ways: to the rarer one this part at least of what goes to the other.
+_OTHER_WAY = 0.25
+
+#: Vertices about which uneven noise is looked for, at most, roughly.
+_FEW = 500
+
+#: Rings by which uneven noise is carried on: a measure that takes a quarter of the edges misses its rim.
+_RIM = 3
+
 
 @kernel
-def _measure_unevenness(starts, ends, near, normals, angle):
+def _measure_unevenness(starts, ends, points, near, normals, angle, turns):
     # Angles between a face's normal and the mean of those across its edges; -1 where not each has one.
+    # And how many of the edges are convex, and concave.
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
             angle[f] = -1.0
+            turns[f, 0] = 0
+            turns[f, 1] = 0
             begin = near.offsets[f]
             end = near.offsets[f + 1]
             if end - begin < 3 or end - begin > LARGEST_POLYGON:
@@ -67,6 +87,14 @@ def _measure_unevenness(starts, ends, near, normals, angle):
                         y += normals[g, 1]
                         z += normals[g, 2]
                         count += 1
+                        # Normals part where the edge is convex, on the way to the next corner beyond it.
+                        u = before if after == w else after
+                        turn = 0.0
+                        for axis in range(3):
+                            apart = normals[g, axis] - normals[f, axis]
+                            turn += apart * (points[u, axis] - points[v, axis])
+                        turns[f, 0] += turn > 0.0
+                        turns[f, 1] += turn < 0.0
             if count != end - begin:
                 continue
             cx = normals[f, 1] * z - normals[f, 2] * y
@@ -96,20 +124,101 @@ def _lower_quartile(angles: Float64) -> float:
     return float(np.pi / _BINS * (at + inside))
 
 
+@device
+def _walk(near, v, seen, queue):
+    # The vertices about v, ring by ring until there are enough edges, into the queue; returns how many.
+    # `seen` holds the vertex whose neighbourhood was the last to have it.
+    queue[0] = v
+    seen[v] = v
+    first = 0
+    last = 1
+    edges = 0
+    while first < last and edges < _ABOUT:
+        end = last
+        for i in range(first, end):
+            edges += near.ring_offsets[queue[i] + 1] - near.ring_offsets[queue[i]]
+            for r in range(near.ring_offsets[queue[i]], near.ring_offsets[queue[i] + 1]):
+                w = near.ring[r]
+                if seen[w] != v:
+                    seen[w] = v
+                    queue[last] = w
+                    last += 1
+        first = end
+    return first
+
+
+@kernel
+def _mark_about(centres, near, vertices, faces):
+    seen = np.full(near.kinds.size, -1, np.int32)
+    queue = np.empty(near.kinds.size, np.int32)
+    for v in centres:
+        for i in range(_walk(near, v, seen, queue)):
+            vertices[queue[i]] = True
+            for row in range(near.corner_offsets[queue[i]], near.corner_offsets[queue[i] + 1]):
+                faces[near.corner_face[near.corners[row]]] = True
+
+
+@kernel
+def _measure_about(starts, ends, near, kind, angle, unevenness, turns, noise):
+    # Lower quartiles of the dihedral angles and of the unevenness about each vertex; 0 where nearly all edges
+    # turn the same way, as on coarse round parts.
+    seen = np.full(near.kinds.size, -1, np.int32)
+    seen_face = np.full(unevenness.size, -1, np.int32)
+    queue = np.empty(near.kinds.size, np.int32)
+    turning = np.empty(4 * _ABOUT)
+    uneven = np.empty(4 * _ABOUT)
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            edges = 0
+            faces = 0
+            convex = 0
+            concave = 0
+            for i in range(_walk(near, v, seen, queue)):
+                u = queue[i]
+                for r in range(near.ring_offsets[u], near.ring_offsets[u + 1]):
+                    if kind[r] == 0 and edges < turning.size:
+                        turning[edges] = angle[r]
+                        edges += 1
+                for row in range(near.corner_offsets[u], near.corner_offsets[u + 1]):
+                    f = near.corner_face[near.corners[row]]
+                    if seen_face[f] != v and unevenness[f] >= 0.0 and faces < uneven.size:
+                        uneven[faces] = unevenness[f]
+                        faces += 1
+                        convex += turns[f, 0]
+                        concave += turns[f, 1]
+                    seen_face[f] = v
+            noise[v] = 0.0
+            if faces > 0 and edges > 0 and min(convex, concave) > _OTHER_WAY * max(convex, concave):
+                quartile = np.partition(turning[:edges], edges // 4)[edges // 4]
+                if quartile <= _NOT_NOISE:
+                    noise[v] = min(quartile, np.partition(uneven[:faces], faces // 4)[faces // 4])
+
+
+@kernel
+def _spread(starts, ends, near, noise, spread):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            spread[v] = noise[v]
+            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+                spread[v] = max(spread[v], noise[near.ring[r]])
+
+
 class NoiseMeter:
     """Measures the noise of a mesh, again and again while its normals are filtered.
 
     Parameters
     ----------
+    points : (n, 3) float64
     near : Adjacency
     """
 
-    def __init__(self, near: Adjacency) -> None:
-        self.near = near
+    def __init__(self, points: Float64, near: Adjacency) -> None:
+        self.points, self.near = points, near
         # Kept from one measuring to the next: new memory of this size costs more than what is measured.
         self._kind, self._angle = np.empty(len(near.ring), np.uint8), np.empty(len(near.ring), np.float32)
         self._bent = np.empty(len(near.kinds), np.uint8)
         self._unevenness = np.empty(len(near.offsets) - 1)
+        self._turns = np.empty((len(near.offsets) - 1, 2), np.uint8)
         self._vertices, self._faces = _sample(len(self._bent)), _sample(len(self._unevenness))
         # Where in the one-rings the sample stands: only there is anything written.
         first, last = (near.ring_offsets[at] for at in self._vertices)
@@ -130,17 +239,63 @@ class NoiseMeter:
         turning = _lower_quartile(angle[self._places[kind[self._places] == 0]].astype(np.float64))
         if turning > _NOT_NOISE:
             return 0.0
-        parallel.run(_measure_unevenness, *self._faces, self.near, normals, self._unevenness)
+        parallel.run(
+            _measure_unevenness, *self._faces, self.points, self.near, normals, self._unevenness, self._turns
+        )
         unevenness = self._unevenness[self._faces[0]]
         return min(turning, _lower_quartile(unevenness[unevenness >= 0.0]))
 
+    def local(self, normals: Float64) -> Float64:
+        """Return the noise about each vertex, (n,), radians: :meth:`measure`'s measures in some four rings.
+
+        The rim of a noisy part counts to it.
+        """
+        every, faces = parallel.ranges(len(self._bent)), parallel.ranges(len(self._unevenness))
+        noise = self._about(normals, every, faces, every)
+        for _ in range(_RIM):
+            spread = np.empty_like(noise)
+            parallel.run(_spread, *every, self.near, noise, spread)
+            noise = spread
+        return noise
+
+    def is_uneven(self, normals: Float64, noise: float) -> bool:
+        """Return whether a part of the mesh is much noisier than `noise`, what :meth:`measure` returned."""
+        few = np.arange(0, len(self._bent), max(1, len(self._bent) // _FEW))
+        vertices, faces = np.zeros(len(self._bent), np.bool_), np.zeros(len(self._unevenness), np.bool_)
+        _mark_about(few, self.near, vertices, faces)
+        near_them, of_them = np.flatnonzero(vertices), np.flatnonzero(faces)
+        about = self._about(normals, (near_them, near_them + 1), (of_them, of_them + 1), (few, few + 1))
+        return float(np.mean(about[few] > _MORE * noise + _MUCH)) > _UNEVEN
+
+    def _about(self, normals: Float64, vertices: Ranges, faces: Ranges, centres: Ranges) -> Float64:
+        # About the `centres`; edges at `vertices` and `faces` are looked at.
+        kind, angle, unevenness = self._kind, self._angle, self._unevenness
+        parallel.run(measure_edges, *vertices, self.near, normals, 2.0, kind, angle, self._bent)
+        parallel.run(_measure_unevenness, *faces, self.points, self.near, normals, unevenness, self._turns)
+        noise = np.zeros(len(self._bent))
+        parallel.run(
+            _measure_about, *centres, self.near, kind, angle, unevenness, self._turns, noise,
+            smallest_share=parallel.COSTLY,
+        )  # fmt: skip
+        return noise
+
 
 @kernel
-def _filter_normals(starts, ends, near, reach, itself, normals, filtered):
+def _filter_normals(starts, ends, near, noise, itself, normals, filtered):
     # (1 - x / 8)^8 for exp(-x) with x = |difference|^2 / (2 reach^2): no exponential, and an end.
-    scale = 0.0625 / (reach * reach)
+    # `noise`: of all faces, or of each vertex.
+    left = noise[0]
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
+            if noise.size > 1:
+                left = 0.0
+                for c in range(near.offsets[f], near.offsets[f + 1]):
+                    left = max(left, noise[near.connectivity[c]])
+                if left < _NO_NOISE:
+                    for axis in range(4):
+                        filtered[f, axis] = normals[f, axis]
+                    continue
+            scale = 0.0625 / ((_REACH * left) * (_REACH * left))
             x = normals[f, 0]
             y = normals[f, 1]
             z = normals[f, 2]
@@ -181,23 +336,23 @@ def _filter_normals(starts, ends, near, reach, itself, normals, filtered):
                 filtered[f, 2] = sz * scale_back
 
 
-def filter_normals(meter: NoiseMeter, normals: Float64, left: float, passes: int = 4) -> Float64:
+def filter_normals(meter: NoiseMeter, normals: Float64, noise: Float64, passes: int = 4) -> Float64:
     """Return filtered normals, in the form of :func:`~vtksmooth.kernels.measures.dihedral.face_normals`.
 
-    `left` is the noise that they have. Each pass reaches as far in direction as six times the noise that is
-    left; none is done once there is hardly any.
+    `noise` is what they have: one number for all, (1,), or one for each vertex, (n,). Each pass reaches as
+    far in direction as six times the noise that is left; none is done where there is hardly any.
     """
     result = normals
     spare = np.empty_like(normals)
     for turn in range(passes):
         if turn > 0:
-            left = meter.measure(result)
-        if left < _NO_NOISE:
+            noise = np.array([meter.measure(result)]) if len(noise) == 1 else meter.local(result)
+        if noise.max(initial=0.0) < _NO_NOISE:
             break
         itself = _ITSELF if turn == 0 else 0.0
         parallel.run(
-            _filter_normals, *parallel.ranges(len(normals)), meter.near, _REACH * left, itself, result,
-            spare, smallest_share=parallel.COSTLY,
+            _filter_normals, *parallel.ranges(len(normals)), meter.near, noise, itself, result, spare,
+            smallest_share=parallel.COSTLY,
         )  # fmt: skip
         result, spare = spare, result if result is not normals else np.empty_like(normals)
     return result

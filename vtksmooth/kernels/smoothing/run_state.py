@@ -49,6 +49,8 @@ class State:
         Part of the way to the middle of their two neighbours that vertices on lines go in a pass.
     direction : (n, 3) float64, optional
         Direction of the surface at each vertex, where a constraint computes it in each pass.
+    tensor_weight : int
+        What weighs a face in the tensors that directions come from: 0 its area, 1 its angle at the vertex.
     confined : (n,) uint8, optional
         1 for vertices off the boundary that slide on a line, which no correction may take them off.
     """
@@ -66,6 +68,7 @@ class State:
     face_order: Int32 | None = None
     slide: float = 0.5
     direction: npt.NDArray[np.float64] | None = None
+    tensor_weight: int = 0
     confined: npt.NDArray[np.uint8] | None = None
 
     def one_each(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....jit import parallel
+from ....report import RunReport
 from ...features.detection import CORNER, RIDGE
 from ...mesh.adjacency import BOUNDARY
 from ..run_state import State
@@ -39,6 +40,7 @@ class FeatureLines(Constraint):
         slides = ridge & (ring >= 0).all(axis=1) & self.sliding
         state.pinned[ridge & ~slides] = 1
         self._slides = slides.astype(np.uint8)
+        self._counts = state.features.counts()
         if slides.any():
             state.confined = self._slides
 
@@ -47,6 +49,9 @@ class FeatureLines(Constraint):
         parallel.run(
             slide, starts, ends, state.points, self._slides, ring, state.pinned, state.slide, proposed
         )
+
+    def tell(self, report: RunReport) -> None:
+        report.vertex_classes = self._counts
 
     def check(self, state: State) -> str:
         classes = state.features.classes

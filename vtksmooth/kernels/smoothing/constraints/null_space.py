@@ -7,8 +7,9 @@ import numpy as np
 from ....jit import parallel
 from ....jit.compiled import device, kernel
 from ....jit.simd import WIDTH, load, store
+from ....report import RunReport
 from ...features.detection import CORNER, CUSP
-from ...features.metric_tensor import eigen, first_eigenvector, metric_tensor
+from ...features.metric_tensor import WEIGHTS, eigen, first_eigenvector, metric_tensor
 from ...measures.dihedral import face_normals
 from ..run_state import State
 from . import Constraint, Float64, Int64, Phase, moved
@@ -97,12 +98,12 @@ def _project(v, k, points, ridge_ring, slide, x1, y1, z1, x3, y3, z3, proposed):
 
 @kernel
 def frame(
-    starts, ends, points, near, normals, pinned, classes, ridge_ring, limits, project, slide, proposed,
-    direction,
+    starts, ends, points, near, normals, weight, pinned, classes, ridge_ring, limits, project, slide,
+    proposed, direction,
 ):  # fmt: skip
     """Write the direction d of each vertex, zero where it has none, and `project` steps on the null space.
 
-    `normals`: those of the faces, (m, 4); empty where vertices move one by one.
+    `normals`: those of the faces, (m, 4); empty where vertices move one by one. `weight`: 0 area, 1 angle.
     Without `classes` (size 0) the eigenvalues' ratios decide, against `limits`: ridges, corners.
     """
     tensors = np.zeros((9, _TILE))
@@ -116,7 +117,7 @@ def frame(
                 v = first + i
                 # What vertices on the boundary may do is the boundary's business.
                 if not pinned[v] and near.kinds[v] == 0:
-                    tensor = metric_tensor(points, near, normals, v, 0)
+                    tensor = metric_tensor(points, near, normals, v, weight)
                     for entry in range(9):
                         tensors[entry, i] = tensor[entry]
             if classes.size > 0:
@@ -186,6 +187,11 @@ class NullSpace(Constraint):
 
     What vertices on a boundary may do is left to
     :class:`~vtksmooth.kernels.smoothing.constraints.boundary.Boundary`.
+
+    Parameters
+    ----------
+    weight : {"area", "angle"}
+        What weighs a face at a vertex. Angles where sizes of faces vary much round vertices.
     """
 
     holds_lines = True
@@ -193,24 +199,30 @@ class NullSpace(Constraint):
     phase = Phase.DIRECT
     topic = "turning"
 
-    def __init__(self) -> None:
+    def __init__(self, weight: str = "area") -> None:
+        self._weight = WEIGHTS.index(weight)
         #: Direction d of each vertex (3.1), as the last pass found it; zero where there is none.
         self.direction: Float64 = np.empty((0, 3))
 
     def bind(self, state: State) -> None:
         self.direction = state.direction = np.empty_like(state.points)
+        state.tensor_weight = self._weight
         self._normals = normals_for(state)
+        self._counts = state.features.counts()
         state.pinned[state.features.classes >= CORNER] = 1
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         if len(self._normals):
             face_normals(state.mesh, self._normals)
         parallel.run(
-            frame, starts, ends, state.points, state.near, self._normals, state.pinned,
+            frame, starts, ends, state.points, state.near, self._normals, state.tensor_weight, state.pinned,
             state.features.classes, state.features.ridge_ring, _LIMITS, True, state.slide, proposed,
             self.direction,
             smallest_share=parallel.COSTLY,
         )  # fmt: skip
+
+    def tell(self, report: RunReport) -> None:
+        report.vertex_classes = self._counts
 
     def check(self, state: State) -> str:
         return moved(state, state.features.classes >= CORNER)
@@ -229,7 +241,7 @@ def directions(state: State, starts: Int64, ends: Int64, normals: Float64, direc
     if len(normals):
         face_normals(state.mesh, normals)
     parallel.run(
-        frame, starts, ends, state.points, state.near, normals, state.pinned,
+        frame, starts, ends, state.points, state.near, normals, state.tensor_weight, state.pinned,
         _NO_CLASSES, _NO_RINGS, _LIMITS, False, 0.0, direction, direction,
         smallest_share=parallel.COSTLY,
     )  # fmt: skip
