@@ -139,6 +139,18 @@ def test_the_outer_surface_of_a_grid_is_taken_and_that_is_said(tmp_path, name, g
     assert "outer surface" in notes[0]
 
 
+@pytest.mark.parametrize("name", ["g.vtr", "g.vts"])
+def test_a_grid_with_a_negative_number_of_points_is_refused(tmp_path, name):
+    grid = pv.ImageData(dimensions=(3, 3, 3))
+    grid = grid.cast_to_rectilinear_grid() if name == "g.vtr" else grid.cast_to_structured_grid()
+    grid.save(tmp_path / name)
+    text = (tmp_path / name).read_bytes()
+    assert text.count(b'WholeExtent="0 2 0 2 0 2"') == 1
+    (tmp_path / name).write_bytes(text.replace(b'WholeExtent="0 2 0 2 0 2"', b'WholeExtent="0 2 0 2 4 2"'))
+    with pytest.raises(MeshFileError, match="damaged"):
+        read_surface(tmp_path / name)
+
+
 def test_blocks_are_combined_and_that_is_said(tmp_path):
     blocks = pv.MultiBlock([pv.Sphere(), None, pv.Cube().cast_to_unstructured_grid()])
     blocks.save(tmp_path / "b.vtm")

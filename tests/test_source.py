@@ -102,8 +102,23 @@ def test_fixed_points_and_boundaries_stay():
     rim[50] = True
     np.testing.assert_array_equal(smooth.points[rim], mesh.points[rim])
     assert distances(smooth, source)[~rim].max() < 1e-6
-    slides = pv.wrap(LaplacianSmoothing(iterations=5, boundary="smoothed")(mesh, None, source))
-    assert distances(slides, source).max() < 0.06
+
+
+@pytest.mark.parametrize("features", ["ignore", "slide"])
+@pytest.mark.parametrize("boundary", ["sliding", "smoothed"])
+def test_lines_that_slide_are_put_on_the_source(boundary, features):
+    sheet = pv.Plane(i_resolution=9, j_resolution=9).triangulate()
+    sheet.points[:, 2] = 0.3 * np.maximum(sheet.points[:, 0], 0.0)  # a ridge along the middle
+    source = double(pv.Plane(i_size=2, j_size=2, i_resolution=80, j_resolution=80).triangulate())
+    source.points[:, 2] = 0.1 * np.cos(4 * source.points[:, 0]) - 0.05 * source.points[:, 1]
+    mesh = rough(sheet, 0.0)
+    angles = {"ridge_angle": 10.0, "corner_angle": 170.0} if features == "slide" else {}
+    smoothing = LaplacianSmoothing(iterations=5, boundary=boundary, features=features, **angles)
+    smooth = pv.wrap(smoothing(mesh, None, source))
+    moved = (smooth.points != mesh.points).any(axis=1)
+    rim = np.isclose(np.abs(mesh.points[:, :2]).max(axis=1), 0.5)
+    assert moved[rim].sum() > 25
+    assert distances(smooth, source)[moved].max() < 1e-9
 
 
 def test_what_cannot_be_is_refused():

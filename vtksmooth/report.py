@@ -85,7 +85,7 @@ class RunReport:
     on_source : tuple of int
         With a source, vertices kept on its surface, on its ridges, and on its corners.
     source_deviation : tuple of float, or None
-        With a source, the largest distance of a vertex from it before and after, of those kept on it after.
+        With a source, the largest distance of any vertex from it before and after, fixed ones too.
     moves_checked, distances_asked : int
         Moves held against an installation space, and those of them for which a distance had to be computed.
     label_volumes : tuple of (int, float, float)

@@ -84,7 +84,7 @@ def _check_dimensions(name: object, grid: Any) -> None:
     else:
         have = [getattr(grid, f"Get{axis}Coordinates")().GetNumberOfValues() for axis in "XYZ"]
         need = dimensions
-    if have != need and total:
+    if (have != need and total) or min(dimensions) < 0:  # an empty grid has 0
         raise MeshFileError(f"{name} is damaged: it has {have} points and needs {need}; export it again.")
 
 

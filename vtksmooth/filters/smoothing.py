@@ -365,7 +365,7 @@ class SmoothingFilter(Filter):
             raise InvalidMeshError(f"The source surface is no usable surface: {error}") from error
         mesh = mesh if origin is None else mesh.with_points(mesh.points - origin)
         features = detect(mesh, adjacency.build(mesh), ridge_angle=AUTO, corner_angle=AUTO)
-        return OnSource(mesh, features, boundary=self.boundary == "smoothed")
+        return OnSource(mesh, features)
 
     def _make_directions(self, inside: Inside | None) -> Directions:
         origin = np.zeros(3) if inside is None or inside.space.origin is None else inside.space.origin

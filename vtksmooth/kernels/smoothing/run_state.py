@@ -51,6 +51,8 @@ class State:
         Direction of the surface at each vertex, where a constraint computes it in each pass.
     tensor_weight : int
         What weighs a face in the tensors that directions come from: 0 its area, 1 its angle at the vertex.
+    elsewhere : bool
+        Whether vertices are put on another surface than that of the start: no line need stay straight then.
     confined : (n,) uint8, optional
         1 for vertices off the boundary that slide on a line, which no correction may take them off.
     """
@@ -69,6 +71,7 @@ class State:
     slide: float = 0.5
     direction: npt.NDArray[np.float64] | None = None
     tensor_weight: int = 0
+    elsewhere: bool = False
     confined: npt.NDArray[np.uint8] | None = None
 
     def one_each(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:

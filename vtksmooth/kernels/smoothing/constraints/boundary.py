@@ -89,6 +89,8 @@ class Boundary(Constraint):
 
 def off_straight_lines(state: State, vertices: Int64, ring: npt.NDArray[np.int32]) -> str:
     """Say by how much `vertices` have left the line through their two neighbours, where that was straight."""
+    if state.elsewhere:
+        return ""
     first, second = state.original.points[ring[:, 0]], state.original.points[ring[:, 1]]
     along = second - first
     length = np.linalg.norm(along, axis=1)

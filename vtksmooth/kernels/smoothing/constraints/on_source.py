@@ -8,7 +8,7 @@ import numpy.typing as npt
 from ....report import RunReport
 from ...distance.closest_point import ClosestPoint
 from ...features.detection import CORNER, Features
-from ...mesh.adjacency import BOUNDARY, UNUSED
+from ...mesh.adjacency import UNUSED
 from ...mesh.mesh import Mesh
 from ..run_state import State
 from . import Constraint, Float64, Int64, Phase
@@ -25,38 +25,33 @@ class OnSource(Constraint):
 
     Vertices that are nearer to a ridge of that surface than a quarter of their mean edge slide along its
     ridges; the nearest vertex to each corner, within the same distance, goes there. A vertex that another
-    constraint lets go nowhere stays where it is. What vertices on lines that slide (boundaries, features) may
-    do is left to the constraints that slide them.
+    constraint lets go nowhere stays where it is. Vertices on lines that slide (boundaries, features) are put
+    there after they have slid.
 
     Parameters
     ----------
     mesh : Mesh
         The source.
     features : Features
-        Its ridges and corners.
-    boundary : bool
-        Whether vertices on the boundary are kept on it too, where they may move.
+        Its ridges and corners; its boundary is among the ridges.
     """
 
     phase = Phase.RETRACT
     topic = "surface"
     name = "The source (source)"
 
-    def __init__(self, mesh: Mesh, features: Features, boundary: bool = False) -> None:
+    def __init__(self, mesh: Mesh, features: Features) -> None:
         self.surface = ClosestPoint(mesh)
         self.corners = mesh.points[features.classes >= CORNER]
         edges = features.ridge_edges
         self.ridges = ClosestPoint.of_lines(mesh.points, edges) if len(edges) else None
-        self.boundary = boundary
         self._diagonal = mesh.diagonal
 
     def bind(self, state: State) -> None:
         kinds, points = state.near.kinds, state.points
         self._on = np.full(len(points), _SURFACE, np.int8)
-        self._on[(kinds == UNUSED) | ((kinds == BOUNDARY) & (not self.boundary))] = _NOTHING
-        if state.confined is not None:
-            self._on[state.confined != 0] = _NOTHING
-        self._on[state.pinned != 0] = _NOTHING
+        self._on[(kinds == UNUSED) | (state.pinned != 0)] = _NOTHING
+        state.elsewhere = True
         self._corner = np.zeros(len(points), np.int64)
         reach = _NEAR * _mean_edges(state)
         free = np.flatnonzero(self._on == _SURFACE)
