@@ -16,6 +16,7 @@ STOP_REASONS = {
     "dihedral-change": "the next iteration would exceed stop_dihedral_change",
     "deviation": "the next iteration would exceed stop_deviation_fraction",
     "volume": "the next iteration would exceed stop_volume_percent",
+    "white": "what was removed has become white: there is no more noise to remove",
     "pass-band": "the next iteration would amplify frequencies below pass_band by more than 1.5 %; "
     "lower pass_band to smooth more",
 }
