@@ -54,6 +54,7 @@ from vtksmooth.kernels.smoothing.phases import Disposal
 from vtksmooth.kernels.smoothing.schemes import EdgeScheme, Scheme
 from vtksmooth.kernels.smoothing.schemes.angle_based import AngleBased
 from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
+from vtksmooth.kernels.smoothing.schemes.feature_preserving import FeaturePreserving
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
 from vtksmooth.kernels.smoothing.schemes.trapezium import TrapeziumDrawing
 from vtksmooth.kernels.smoothing.schemes.umbrella import Umbrella
@@ -152,6 +153,7 @@ def schemes() -> dict[str, Scheme]:
         "trapezium-drawing": TrapeziumDrawing(),
         "angle-based": AngleBased(),
         "equilateral": Equilateral(),
+        "feature-preserving": FeaturePreserving(),
         "umbrella, implicit": Laplacian(implicit_step=4.0).make_scheme(),
         "thin-plate, implicit": Laplacian(scheme="thin-plate", implicit_step=2.0).make_scheme(),
     }

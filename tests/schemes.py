@@ -5,6 +5,7 @@ from vtksmooth.kernels.smoothing.schemes.angle_weighted import AngleWeighted
 from vtksmooth.kernels.smoothing.schemes.area_weighted import AreaWeighted
 from vtksmooth.kernels.smoothing.schemes.cotangent import Cotangent
 from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
+from vtksmooth.kernels.smoothing.schemes.feature_preserving import FeaturePreserving
 from vtksmooth.kernels.smoothing.schemes.implicit import Implicit
 from vtksmooth.kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
 from vtksmooth.kernels.smoothing.schemes.scale_dependent import ScaleDependent
@@ -27,6 +28,7 @@ SCHEMES = {
     "angle-weighted": AngleWeighted(),
     "odt": OptimalDelaunay(),
     "equilateral": Equilateral(),
+    "feature-preserving": FeaturePreserving(),
     "implicit": Implicit(Weights("scale-dependent"), 4.0),
     "implicit thin plate": Implicit(Weights(), 2.0, thin_plate=True),
 }

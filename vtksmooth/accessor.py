@@ -68,6 +68,14 @@ True
 >>> abs(taubin.volume / sphere.volume - 1.0) < 0.02
 True
 """,
+    "feature_preserving_denoising": """
+>>> import numpy as np
+>>> cube = pv.Box(level=15).triangulate().clean()
+>>> cube.points += np.random.default_rng(1).normal(0.0, 0.01, cube.points.shape)
+>>> better = cube.vtksmooth.feature_preserving_denoising(output_points_precision="double")
+>>> abs(better.volume / cube.volume - 1.0) < 1e-12
+True
+""",
     "angle_based_smoothing": """
 >>> disk = pv.Disc(r_res=4, c_res=12).triangulate()
 >>> better = disk.vtksmooth.angle_based_smoothing(weighted=True, gate="aspect")

@@ -40,6 +40,7 @@ COMMANDS = {
     "mark": "fix or free points, soften their edges, add or remove feature lines",
     "trapezium-drawing": "improve the worst elements, close to the surface",
     "laplacian": "smooth with a Laplacian scheme, plain, smart or constrained",
+    "denoise": "remove noise, keep edges and the volume",
     "angle-based": "smooth by turning spokes onto bisectors",
     "back-to-surface": "smart Laplacian that stays on the original surface",
     "equilateral": "elements as regular as can be on the same surface, features kept",

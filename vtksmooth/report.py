@@ -83,6 +83,8 @@ class RunReport:
         Vertices that are smooth, on ridges, corners and cusps, where features are kept; empty elsewhere.
     curvature_radius : float or None
         Points as flat as a sphere of this radius did not move; None without a bound.
+    noise_level : float or None
+        Standard deviation of the noise across the surface at the start, model units, of denoising.
     on_source : tuple of int
         With a source, vertices kept on its surface, on its ridges, and on its corners.
     source_deviation : tuple of float, or None
@@ -113,6 +115,7 @@ class RunReport:
     irregular: int = 0
     vertex_classes: tuple[int, ...] = ()
     curvature_radius: float | None = None
+    noise_level: float | None = None
     on_source: tuple[int, ...] = ()
     source_deviation: tuple[float, float] | None = None
     moves_checked: int = 0
@@ -146,6 +149,9 @@ class RunReport:
         cusps = self.vertex_classes[-1] if self.vertex_classes else 0
         return f"{cusps} cusp{'s'[: cusps != 1]} held; " if cusps else ""
 
+    def _noise(self) -> str:
+        return "" if self.noise_level is None else f"noise level {figure(self.noise_level, 3)}; "
+
     def _source(self) -> str:
         if self.source_deviation is None:
             return ""
@@ -159,7 +165,7 @@ class RunReport:
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
             f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; "
-            f"{self._cusps()}{self._source()}{self._taken_back()}stopped because {reason}."
+            f"{self._noise()}{self._cusps()}{self._source()}{self._taken_back()}stopped because {reason}."
         )
 
 

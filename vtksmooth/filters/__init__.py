@@ -8,6 +8,7 @@ from .base import INPUTS, Filter
 from .containment_check import ContainmentCheck
 from .equilateral_smoothing import EquilateralSmoothing
 from .feature_detection import FeatureDetection
+from .feature_preserving_denoising import FeaturePreservingDenoising
 from .installation_space_regions import InstallationSpaceRegions
 from .installation_space_smoothing import InstallationSpaceSmoothing
 from .laplacian_smoothing import LaplacianSmoothing
@@ -30,6 +31,7 @@ FILTERS: tuple[type[Filter], ...] = (
     RegionMarking,
     TrapeziumDrawing,
     LaplacianSmoothing,
+    FeaturePreservingDenoising,
     AngleBasedSmoothing,
     BackToSurfaceSmoothing,
     EquilateralSmoothing,
@@ -53,6 +55,7 @@ __all__ = [
     "ContainmentCheck",
     "EquilateralSmoothing",
     "FeatureDetection",
+    "FeaturePreservingDenoising",
     "Filter",
     "InstallationSpaceRegions",
     "InstallationSpaceSmoothing",

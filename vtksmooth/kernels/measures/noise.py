@@ -16,7 +16,7 @@ Float64 = npt.NDArray[np.float64]
 #: Vertices that the noise is measured at, at most.
 _SAMPLE = 20_000
 
-#: Part of the vertices whose patches leave less: features have no say, nor has what is flat beside noise.
+#: Part of the vertices whose patches leave less: features and what is flat beside noise do not count.
 _QUANTILE = 0.4
 
 #: Coefficients of a patch, and most vertices that one is fitted to.
@@ -123,9 +123,9 @@ def _fit(starts, ends, vertices, points, near, normals, variance):
 def noise_level(mesh: Mesh, near: Adjacency) -> float:
     """Return the standard deviation of the noise across the surface, model units.
 
-    At vertices all over the mesh a quadratic patch is fitted to the two-ring, in the frame of its mean normal.
-    What the patch leaves is noise, or shape that is no such patch: of the variances the 40 % quantile counts.
-    For Gaussian noise along the normals it finds 0.92 to 1.00 of the truth.
+    At vertices all over the mesh a quadratic patch is fitted to the two-ring, in the frame of its mean
+    normal. What the patch leaves is noise, or shape that is no such patch: of the variances the 40 % quantile
+    counts. For Gaussian noise along the normals it finds 0.92 to 1.00 of the truth.
     """
     vertices = np.flatnonzero(near.kinds == 0)
     vertices = vertices[:: max(1, -(-len(vertices) // _SAMPLE))]

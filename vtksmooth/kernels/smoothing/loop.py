@@ -544,6 +544,7 @@ class _Run:
         report.inverted = (report.inverted[0], int((k < 0).sum()))
         for constraint in self.disposal.constraints:
             constraint.tell(report)
+        self.scheme.tell(report)
         if checked:
             report.broken = self.disposal.check(state)
         closed = comparison.is_closed(state.near)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ....report import RunReport
 from ...containment.safe_moves import Guard
 from ..constraints import Constraint
 from ..run_state import State
@@ -54,6 +55,9 @@ class Scheme(ABC):
 
     def prepare(self, state: State, turn: int) -> None:  # noqa: B027 (most need nothing)
         """Compute what the proposals of pass `turn` of the iteration need of the whole mesh."""
+
+    def tell(self, report: RunReport) -> None:  # noqa: B027
+        """Add to the report what the scheme knows of the run."""
 
     @abstractmethod
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:

@@ -8,10 +8,10 @@ white, neighbours differ; where neighbours have gone the same way, shape has bee
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from ....jit import parallel
 from ....jit.compiled import device, kernel
+from ....report import RunReport
 from ...measures.aspect_ratio import area_vector
 from ...measures.noise import noise_level
 from ...mesh import face_rings
@@ -38,8 +38,8 @@ _RETURN = 0.1
 #: the way to the middle of their neighbours that they go then.
 _FOLDED, _RELEASED = 0.2, 0.3
 
-#: Width of the window in distances between centres of faces: for no noise, growth with noise over edge length,
-#: least and largest.
+#: Width of the window in distances between centres of faces: without noise, growth with noise over edge
+#: length, least and largest.
 _WINDOW = 1.2, 6.0, 1.25, 3.0
 
 #: Width of the bell for differences of guides; part of it left by each iteration after the second; least.
@@ -78,7 +78,7 @@ def _measure(starts, ends, points, near, normal, area, centre):
 
 @kernel
 def _measure_edges(starts, ends, near, across, normal, centre, bend, distance):
-    # For each corner, what the normals on the two sides of its edge differ by, and the way between the centres.
+    # At each corner the difference of the normals across its edge, and the distance of the centres.
     for part in range(starts.size):
         for f in range(starts[part], ends[part]):
             for c in range(near.offsets[f], near.offsets[f + 1]):
@@ -291,7 +291,7 @@ def _find_removed(starts, ends, points, first, near, normal, area, removed):
 
 @kernel
 def _correlate(starts, ends, near, pinned, removed, products, squares, pairs):
-    # r times the mean of the neighbours' r, and r^2; and over free neighbours r times their sum, and how many.
+    # r times the mean of the neighbours' r, and r^2; and r times the sum over free neighbours, and how many.
     for part in range(starts.size):
         for v in range(starts[part], ends[part]):
             total = 0.0
@@ -437,11 +437,7 @@ def _step_back_from(before, after, near, across, reference, found):
                 f = near.corner_face[near.corners[row]]
                 for c in range(near.offsets[f] - 1, near.offsets[f + 1]):
                     g = f if c < near.offsets[f] else across[c]
-                    if (
-                        g >= 0
-                        and not seen[g]
-                        and _turned_over(before, after, near, across, reference, g)
-                    ):
+                    if g >= 0 and not seen[g] and _turned_over(before, after, near, across, reference, g):
                         seen[g] = 1
                         waiting[faces] = g
                         faces += 1
@@ -472,19 +468,17 @@ class FeaturePreserving(Scheme):
     ----------
     noise : float
         Noise level of the input, model units.
-    correlation : float
-        The autocorrelation after the last iteration.
     """
 
     def __init__(self, whiteness: float = WHITENESS["normal"]) -> None:
         self.whiteness = whiteness
-        self.noise, self.correlation = 0.0, -np.inf
+        self.noise = 0.0
 
     def bind(self, state: State) -> None:
         near, first = state.near, state.original
         n, m = len(state.points), len(near.offsets) - 1
-        self.iteration = 0
-        self.noise, self.correlation = noise_level(first, near), -np.inf
+        self._state, self.iteration = state, 0
+        self.noise = noise_level(first, near)
         self._first = first.points
         self._anchor, self._kept = first.points.copy(), np.ones(n)
         self._faces, self._vertices = parallel.ranges(m), parallel.ranges(n)
@@ -501,7 +495,7 @@ class FeaturePreserving(Scheme):
             *self._rings, self._centre, 2.0 * self._window * self._mean_distance()
         )
         self._farthest = np.full(n, _FARTHEST * self.noise)
-        self._targets = first.points.copy()
+        self._targets, self._released = first.points.copy(), np.zeros(n, np.uint8)
 
     def _mean_edge(self, state: State) -> float:
         near, points = state.near, self._first
@@ -523,9 +517,19 @@ class FeaturePreserving(Scheme):
 
     @property
     def finished(self) -> str:
-        return "white" if self.correlation >= self.whiteness else ""
+        # Of the points where they are: constraints may have let them go part of the way.
+        state = self._state
+        if not self.iteration:
+            return ""
+        return "white" if self._correlated(state, state.points)[1] >= self.whiteness else ""
+
+    def tell(self, report: RunReport) -> None:
+        report.noise_level = self.noise
 
     def prepare(self, state: State, turn: int) -> None:
+        freed = self._released != 0
+        self._anchor[freed] = state.points[freed]
+        self._released[:] = 0
         target = self.filtered(state)
         self.iteration += 1
         self._targets = self._followed(state, target)
@@ -551,14 +555,13 @@ class FeaturePreserving(Scheme):
     def _followed(self, state: State, target: Float64) -> Float64:
         """Return where points go after the target normals."""
         near, vertices = state.near, self._vertices
-        released = np.zeros(len(state.points), np.uint8)
         points, moved = state.points.copy(), np.empty_like(state.points)
         for turn in range(VERTEX_PASSES):
             if turn:
                 parallel.run(_measure, *self._faces, points, near, self._normal, self._area, self._centre)
             parallel.run(
                 _move, *vertices, points, near, state.pinned, self._normal, self._centre, target,
-                self._anchor, released, moved,
+                self._anchor, self._released, moved,
             )  # fmt: skip
             points, moved = moved, points
         correlation, _ = self._correlated(state, points)
@@ -576,8 +579,6 @@ class FeaturePreserving(Scheme):
         parallel.run(_find_turned, *self._faces, *guard, found)
         if found.any():
             _step_back_from(*guard, np.flatnonzero(found))
-        self._anchor[released != 0] = points[released != 0]
-        _, self.correlation = self._correlated(state, points)
         return points
 
     def _correlated(self, state: State, points: Float64) -> tuple[Float64, float]:
@@ -586,13 +587,11 @@ class FeaturePreserving(Scheme):
         parallel.run(_measure, *self._faces, points, near, self._normal, self._area, self._centre)
         removed, pairs, products = np.empty(n), np.empty(n, np.int64), np.empty(n)
         terms = np.empty((n, 2))
-        parallel.run(
-            _find_removed, *vertices, points, self._first, near, self._normal, self._area, removed
-        )
+        parallel.run(_find_removed, *vertices, points, self._first, near, self._normal, self._area, removed)
         parallel.run(_correlate, *vertices, near, state.pinned, removed, terms, products, pairs)
         free = state.pinned == 0
         square, count = float((removed[free] ** 2).mean()) if free.any() else 0.0, int(pairs.sum())
-        whole = float(products.sum()) / count / square if count and square > 0.0 else np.inf
+        whole = float(products.sum()) / count / square if count and square > 0.0 else -np.inf
         return terms, whole
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
