@@ -131,7 +131,7 @@ def noise_level(mesh: Mesh, near: Adjacency) -> float:
     vertices = vertices[:: max(1, -(-len(vertices) // _SAMPLE))]
     variance = np.empty(len(vertices))
     parallel.run(
-        _fit, *parallel.ranges(len(vertices), 64), vertices, mesh.points, near, ring_normals(mesh), variance,
+        _fit, *parallel.ranges(len(vertices)), vertices, mesh.points, near, ring_normals(mesh), variance,
         smallest_share=parallel.COSTLY,
     )  # fmt: skip
     measured = variance[variance >= 0.0]

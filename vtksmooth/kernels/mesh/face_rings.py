@@ -91,7 +91,8 @@ def _find_nearby(starts, ends, offsets, rings, centre, reach, most, sizes):
                 larger = np.empty(2 * rows.size, np.int32)
                 larger[:last] = rows[:last]
                 rows = larger
-            square = reach[f] * reach[f]
+            # On regular meshes many are just as far: all of them are near, whatever rounding says.
+            square = (1.0 + 1e-9) * reach[f] * reach[f]
             first = last
             rows[last] = f
             last += 1
