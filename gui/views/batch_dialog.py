@@ -26,6 +26,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from .wheel import only_with_focus
+
 _FAILED = QColor("#d64a3a")
 
 
@@ -48,7 +50,7 @@ class BatchDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Batch")
         self.setAcceptDrops(True)
-        self.recipes = QComboBox()
+        self.recipes = only_with_focus(QComboBox())
         self.recipes.setToolTip("What is done to each mesh")
         self.sources = QListWidget()
         self.sources.setToolTip("Meshes, and folders, of which all meshes are taken; drop them here")
@@ -56,11 +58,11 @@ class BatchDialog(QDialog):
         self.sources.setMaximumHeight(84)
         self.output = QLineEdit(placeholderText="a folder; it is made if it is missing")
         self.output.textChanged.connect(self._enable)
-        self.format = QComboBox()
+        self.format = only_with_focus(QComboBox())
         self.format.addItem("that of each mesh", None)
         for extension in formats:
             self.format.addItem(extension, extension)
-        self.report = QComboBox()
+        self.report = only_with_focus(QComboBox())
         self.report.addItem("none", None)
         for extension in reports:
             self.report.addItem(f"{extension}, one for each mesh", extension)

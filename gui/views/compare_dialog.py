@@ -8,6 +8,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QDialog, QDialogButtonBox, QFormLayout, QLabel, QWidget
 
 from ..model.layer import Layer
+from .wheel import only_with_focus
 
 
 class CompareDialog(QDialog):
@@ -20,7 +21,7 @@ class CompareDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle("Compare layers")
         self._layers = list(layers)
-        self.first, self.second = QComboBox(), QComboBox()
+        self.first, self.second = only_with_focus(QComboBox()), only_with_focus(QComboBox())
         for box, layer in ((self.first, first), (self.second, second)):
             box.addItems([one.name for one in layers])
             box.setCurrentIndex(self._layers.index(layer))

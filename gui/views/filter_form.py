@@ -22,6 +22,7 @@ from vtksmooth.filters import INPUTS, Filter
 
 from .parameter_row import ParameterRow
 from .theme import share_palette
+from .wheel import only_with_focus
 
 
 def title(cls: type[Filter]) -> str:
@@ -78,7 +79,7 @@ class FilterForm(QScrollArea):
         forms = {"": self._form()}
         column.addLayout(forms[""])
         for name in cls.every_input()[1:]:
-            box = QComboBox()
+            box = only_with_focus(QComboBox())
             box.setMinimumContentsLength(8)
             box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
             box.setToolTip(INPUTS[name].description)

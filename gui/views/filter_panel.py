@@ -22,6 +22,7 @@ from vtksmooth.filters import Filter
 from .action_button import action_button
 from .filter_form import FilterForm, title
 from .parameter_row import ParameterRow
+from .wheel import only_with_focus
 
 
 def summary(cls: type[Filter]) -> str:
@@ -41,7 +42,7 @@ class FilterPanel(QWidget):
     def __init__(self, filters: tuple[type[Filter], ...], apply: QAction, cancel: QAction, preview: QAction):
         super().__init__()
         self._filters = filters
-        self.choice = QComboBox()
+        self.choice = only_with_focus(QComboBox())
         self.choice.addItems([title(cls) for cls in filters])
         for number, cls in enumerate(filters):
             self.choice.setItemData(number, summary(cls), Qt.ItemDataRole.ToolTipRole)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QHeaderView, QTreeWidget, QTreeWidgetIt
 
 from ..model.layer import Layer, Role
 from .theme import share_palette
+from .wheel import only_with_focus
 
 
 class LayerList(QTreeWidget):
@@ -61,7 +62,7 @@ class LayerList(QTreeWidget):
         item = QTreeWidgetItem([layer.name, ""])
         item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
         self.addTopLevelItem(item)
-        box = QComboBox()
+        box = only_with_focus(QComboBox())
         box.addItems([role.value for role in Role])
         box.setToolTip("Mesh: worked on. Reference: compared with. Installation space: to stay inside of.")
         box.activated.connect(

@@ -51,6 +51,7 @@ from .recipe_list import RecipeList
 from .region_panel import RegionPanel
 from .section_plot import SectionPlot
 from .theme import Theme, show_checked
+from .wheel import only_with_focus
 from .worst_list import WorstList
 
 
@@ -93,7 +94,7 @@ class MainWindow(QMainWindow):
             "Drop a mesh here, or open one with Ctrl+O", alignment=Qt.AlignmentFlag.AlignCenter
         )
         self.hint.setStyleSheet("font-size: 13pt")
-        self.overlays = QComboBox()
+        self.overlays = only_with_focus(QComboBox())
         self.overlays.setToolTip("What is shown on the mesh")
         self._arrange()
         self._make_tool_bar()

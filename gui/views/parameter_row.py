@@ -21,6 +21,8 @@ from PySide6.QtWidgets import (
 
 from vtksmooth.filters.parameter import AUTO, Parameter
 
+from .wheel import only_with_focus
+
 #: The unit of parameters that are lengths.
 LENGTH = "model units"
 _LARGEST = 2**31 - 1
@@ -122,14 +124,14 @@ class ParameterRow(QWidget):
             box.toggled.connect(self._changed)
             return box
         if parameter.choices or parameter.type is str:
-            choice = QComboBox()
+            choice = only_with_focus(QComboBox())
             choice.setMinimumContentsLength(8)
             choice.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
             choice.addItems(list(parameter.choices or ([] if parameter.text else names)))
             choice.setEditable(not parameter.choices)
             choice.currentTextChanged.connect(self._changed)
             return choice
-        spin: Any = QSpinBox() if parameter.type is int else NumberBox()
+        spin: Any = only_with_focus(QSpinBox() if parameter.type is int else NumberBox())
         largest = _LARGEST if parameter.type is int else 1e300
         spin.setRange(
             -largest if parameter.low is None else parameter.type(parameter.low),
@@ -146,7 +148,7 @@ class ParameterRow(QWidget):
         if span is None:
             return
         self._span = span
-        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider = only_with_focus(QSlider(Qt.Orientation.Horizontal))
         steps = round(span[1] - span[0]) if self.parameter.type is int else _STEPS
         self.slider.setRange(0, steps)
         self.slider.valueChanged.connect(self._slid)

@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
 
 from .parameter_row import NumberBox
 from .pen import RADII
+from .wheel import only_with_focus
 
 #: What a soft edge is as wide as.
 RINGS, DISTANCE = "rings of points", "model units"
@@ -93,7 +94,7 @@ class RegionPanel(QScrollArea):
         )
         grid.addWidget(self._switch("region_free"), 3, 0, 1, 2)
         grid.addWidget(self._switch("region_through"), 4, 0, 1, 2)
-        self.radius = QSlider(Qt.Orientation.Horizontal)
+        self.radius = only_with_focus(QSlider(Qt.Orientation.Horizontal))
         self.radius.setRange(*RADII)
         self.radius.setToolTip("Radius of the brush, pixels ([ and ])")
         self.radius.valueChanged.connect(self.radius_changed)
@@ -106,7 +107,7 @@ class RegionPanel(QScrollArea):
     def _threshold(self) -> QGroupBox:
         box, grid = self._group("By threshold")
         self.what = QLabel()
-        self.low, self.high = NumberBox(), NumberBox()
+        self.low, self.high = only_with_focus(NumberBox()), only_with_focus(NumberBox())
         for number in (self.low, self.high):
             number.setRange(-1e300, 1e300)
             number.setMinimumWidth(60)
@@ -121,7 +122,7 @@ class RegionPanel(QScrollArea):
 
     def _whole(self) -> QGroupBox:
         box, grid = self._group("Region", "region_grow", "region_shrink", "region_invert", "region_clear")
-        self.width_box, self.unit = NumberBox(), QComboBox()
+        self.width_box, self.unit = only_with_focus(NumberBox()), only_with_focus(QComboBox())
         self.width_box.setRange(0.0, 1e300)
         self.width_box.setValue(3.0)
         self.width_box.setToolTip("How wide the soft edge is; 0: none")

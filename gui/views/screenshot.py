@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QFormLayout, QSpinBox, QWidget
 
+from .wheel import only_with_focus
+
 
 class ScreenshotDialog(QDialog):
     """Size and background of a picture."""
@@ -11,7 +13,7 @@ class ScreenshotDialog(QDialog):
     def __init__(self, width: int, height: int, parent: QWidget) -> None:
         super().__init__(parent)
         self.setWindowTitle("Screenshot")
-        self.width_box, self.height_box = QSpinBox(), QSpinBox()
+        self.width_box, self.height_box = only_with_focus(QSpinBox()), only_with_focus(QSpinBox())
         for box, value in ((self.width_box, width), (self.height_box, height)):
             box.setRange(16, 16384)
             box.setSuffix(" px")

@@ -16,6 +16,7 @@ from ..model.section import Outline
 from ..model.units import labelled, quantity
 from .scale import AFTER, BEFORE
 from .theme import Theme
+from .wheel import only_with_focus
 
 #: Positions of the slider.
 _STEPS = 1000
@@ -36,7 +37,7 @@ class SectionPlot(QWidget):
         self.plot.showGrid(x=True, y=True, alpha=0.15)
         for name in ("left", "bottom"):
             self.plot.getAxis(name).enableAutoSIPrefix(False)
-        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider = only_with_focus(QSlider(Qt.Orientation.Horizontal))
         self.slider.setRange(0, _STEPS)
         self.slider.setToolTip("Move the plane; in the view it can be dragged and turned")
         self.slider.valueChanged.connect(lambda place: self.moved.emit(place / _STEPS))
