@@ -7,6 +7,7 @@ from vtksmooth.kernels.smoothing.schemes.cotangent import Cotangent
 from vtksmooth.kernels.smoothing.schemes.equilateral import Equilateral
 from vtksmooth.kernels.smoothing.schemes.feature_preserving import FeaturePreserving
 from vtksmooth.kernels.smoothing.schemes.implicit import Implicit
+from vtksmooth.kernels.smoothing.schemes.low_pass import LowPass
 from vtksmooth.kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
 from vtksmooth.kernels.smoothing.schemes.scale_dependent import ScaleDependent
 from vtksmooth.kernels.smoothing.schemes.taubin import Taubin
@@ -29,6 +30,7 @@ SCHEMES = {
     "odt": OptimalDelaunay(),
     "equilateral": Equilateral(),
     "feature-preserving": FeaturePreserving(),
+    "low-pass": LowPass(),
     "implicit": Implicit(Weights("scale-dependent"), 4.0),
     "implicit thin plate": Implicit(Weights(), 2.0, thin_plate=True),
 }

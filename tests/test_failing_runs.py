@@ -18,7 +18,14 @@ from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from vtksmooth import Cancelled, InvalidMeshError, LaplacianSmoothing, SurfaceComparison, SurfaceQuality
+from vtksmooth import (
+    Cancelled,
+    InstallationSpaceSmoothing,
+    InvalidMeshError,
+    LaplacianSmoothing,
+    SurfaceComparison,
+    SurfaceQuality,
+)
 from vtksmooth.accessor import method_name
 from vtksmooth.filters import FILTERS, Filter, SmoothingFilter
 
@@ -310,3 +317,20 @@ def test_empty_polydata_is_what_a_failed_filter_holds() -> None:
     with pytest.raises(InvalidMeshError):
         algorithm(IMAGE)
     assert type(algorithm.GetOutput()) is vtkPolyData
+
+
+@pytest.mark.parametrize(("away", "refused"), [(1e9, False), (1e11, False), (1e15, True)])
+@pytest.mark.parametrize("in_space", [False, True])
+def test_a_mesh_whose_coordinates_are_coarse_is_refused(away, refused, in_space):
+    mesh = pv.Icosphere(nsub=2)
+    mesh.points = np.asarray(mesh.points, float) + away
+    space = pv.Cube(x_length=3.0, y_length=3.0, z_length=3.0).triangulate()
+    space.points = np.asarray(space.points, float) + away
+    smoothing = InstallationSpaceSmoothing(iterations=1) if in_space else LaplacianSmoothing(iterations=1)
+    inputs = (mesh, space) if in_space else (mesh,)
+    if refused:
+        with pytest.raises(InvalidMeshError, match="so far from the origin that its coordinates"):
+            smoothing(*inputs)
+    else:
+        smoothing(*inputs)
+        assert smoothing.report.moved

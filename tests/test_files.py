@@ -422,6 +422,38 @@ def test_meshes_of_others(tmp_path, name, points, cells):
 
 
 @pytest.mark.parametrize("extension", [".vtp", ".vtu"])
+def test_names_of_arrays_that_are_no_xml(tmp_path, extension):
+    mesh = pv.Sphere(theta_resolution=4, phi_resolution=4)
+    mesh.clear_data()
+    names = ["T<300 & p>1", 'in "quotes"', "</DataArray>", "two\nlines", "it's", "plain"]
+    for i, name in enumerate(names):
+        mesh.point_data[name] = np.full(mesh.n_points, float(i))
+        mesh.cell_data[name] = np.full(mesh.n_cells, float(i))
+        mesh.field_data[name] = [float(i)]
+    mesh.field_data["texts <"] = ["a < b", "c"]
+    mesh.set_active_scalars(names[0])
+    assert write_surface(mesh, tmp_path / f"a{extension}") == [
+        f"a{extension}: VTU holds no polygonal data; the faces were written as an unstructured grid."
+    ] * (extension == ".vtu")
+    again = pv.read(tmp_path / f"a{extension}")
+    for data in (again.point_data, again.cell_data):
+        assert sorted(data.keys()) == sorted(names)
+        assert all((data[name] == i).all() for i, name in enumerate(names))
+    assert sorted(again.field_data.keys()) == sorted([*names, "texts <"])
+    assert list(again.field_data["texts <"]) == ["a < b", "c"]
+    assert again.active_scalars_name == names[0]
+    assert sorted(mesh.point_data.keys()) == sorted(names)
+
+
+def test_control_characters_in_names_become_question_marks(tmp_path):
+    mesh = pv.Sphere(theta_resolution=4, phi_resolution=4)
+    mesh.point_data["a\x01b"] = np.arange(float(mesh.n_points))
+    notes = write_surface(mesh, tmp_path / "a.vtp")
+    assert notes == ["a.vtp: XML keeps no control characters in names; they became ? in a?b."]
+    assert "a?b" in pv.read(tmp_path / "a.vtp").point_data
+
+
+@pytest.mark.parametrize("extension", [".vtp", ".vtu"])
 @pytest.mark.parametrize("home", ["point_data", "cell_data", "field_data"])
 def test_texts_with_null_characters_are_left_out_of_xml_files(tmp_path, extension, home):
     mesh = pv.Sphere(theta_resolution=7, phi_resolution=6)

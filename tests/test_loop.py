@@ -7,7 +7,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDoubleArray
 from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
-from vtksmooth.errors import Cancelled, InvalidMeshError, ParameterError
+from vtksmooth.errors import Cancelled, ParameterError
 from vtksmooth.kernels.features import detection
 from vtksmooth.kernels.measures import aspect_ratio, comparison
 from vtksmooth.kernels.mesh import adjacency
@@ -437,14 +437,3 @@ def test_a_gate_that_accepts_nothing_is_the_reason_to_stop():
         points, report = loop.smooth(mesh, Umbrella(), [Boundary(sliding=True), Gate("angle")], iterations=5)
         assert (report.stop_reason, report.iterations) == (reason, 0)
         np.testing.assert_array_equal(points, mesh.points)
-
-
-@pytest.mark.parametrize(("away", "refused"), [(1e9, False), (1e11, False), (1e15, True)])
-def test_a_mesh_whose_coordinates_are_coarse_is_refused(away, refused):
-    mesh = meshes.torus(12, 8, "triangles", jitter=0.1)
-    mesh = mesh.with_points(mesh.points + away)
-    if refused:
-        with pytest.raises(InvalidMeshError, match="so far from the origin that its coordinates"):
-            loop.smooth(mesh, Umbrella(0.5), iterations=1)
-    else:
-        assert loop.smooth(mesh, Umbrella(0.5), iterations=1)[1].moved

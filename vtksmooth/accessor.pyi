@@ -546,13 +546,14 @@ class VtksmoothAccessor:
         stop_gain: float | None = None,
         stop_statistic: Literal['max', 'mean'] = 'max',
         output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
-        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'] = 'umbrella',
+        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'low-pass', 'pairwise'] = 'umbrella',
         weights: Literal['umbrella', 'scale-dependent', 'cotangent'] = 'umbrella',
         flow: str | None = None,
         flow_weight: float = 3.0,
         relaxation_factor: float = 0.5,
         implicit_step: float | None = None,
         pass_band: float = 0.1,
+        wavelength: float | Literal['auto'] = 'auto',
         tangent_plane: bool = False,
         back_to_surface: bool = False,
         inplace: bool = False,
@@ -563,12 +564,14 @@ class VtksmoothAccessor:
         Umbrella: equal weights. Scale-dependent: ``1/|e|`` (Fujiwara). Cotangent: Desbrun et al., negative
         weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: ``lambda|mu``, which
         hardly shrinks or grows. Area-weighted and angle-weighted: the centroids of the faces round the vertex;
-        odt: their circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an
-        edge at once, so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart
-        Laplacian. With a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between
-        the flow and the edge in the tangent plane. With an implicit step each iteration solves one sparse system,
-        which is as good as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and
-        without a flow, and with every constraint that these have.
+        odt: their circumcentres, weighted by area (optimal Delaunay triangulation). Low-pass: where a filter of
+        the whole surface puts each vertex, which removes waves shorter than `wavelength` as far as they are
+        noise; it is there after two or three iterations. Pairwise: both ends of an edge at once, so that the
+        volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With a flow,
+        weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the edge in
+        the tangent plane. With an implicit step each iteration solves one sparse system, which is as good as
+        many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and without a flow, and
+        with every constraint that these have.
 
         Parameters
         ----------
@@ -646,7 +649,7 @@ class VtksmoothAccessor:
             What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
-        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'umbrella'
+        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'low-pass', 'pairwise'}, default 'umbrella'
             Which weights.
         weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
             Weights of the schemes thin-plate, taubin and pairwise. Only where scheme is thin-plate, taubin or pairwise.
@@ -655,11 +658,13 @@ class VtksmoothAccessor:
         flow_weight : float, default 3.0
             How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more. Only where flow is set.
         relaxation_factor : float, default 0.5
-            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off.
+            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off and scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin, area-weighted, angle-weighted, odt or pairwise.
         implicit_step : float, default None
             Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off). Only where scheme is umbrella, scale-dependent, cotangent or thin-plate.
         pass_band : float, default 0.1
             Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9. Only where scheme is taubin.
+        wavelength : float, default 'auto'
+            Waves of this length lose half of their height, shorter ones more; auto: 15 voxels, or 13 edges. Allowed: 0 model units or more, or auto. Only where scheme is low-pass.
         tangent_plane : bool, default False
             Move vertices only across the surface, not off it.
         back_to_surface : bool, default False
@@ -1629,13 +1634,14 @@ class VtksmoothAccessor:
         stop_gain: float | None = None,
         stop_statistic: Literal['max', 'mean'] = 'max',
         output_points_precision: Literal['default', 'single', 'double', 0, 1, 2] = 'default',
-        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'] = 'pairwise',
+        scheme: Literal['umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'low-pass', 'pairwise'] = 'pairwise',
         weights: Literal['umbrella', 'scale-dependent', 'cotangent'] = 'umbrella',
         flow: str | None = None,
         flow_weight: float = 3.0,
         relaxation_factor: float = 1.0,
         implicit_step: float | None = None,
         pass_band: float = 0.1,
+        wavelength: float | Literal['auto'] = 'auto',
         tangent_plane: bool = False,
         back_to_surface: bool = False,
         contact_fraction: float = 1e-06,
@@ -1727,8 +1733,8 @@ class VtksmoothAccessor:
             What of normals, dihedral angles and distances the stop rules look at. Only where stop_normal_deviation is set or stop_dihedral_change is set or stop_deviation_fraction is set.
         output_points_precision : {'default', 'single', 'double'}, default 'default'
             Precision of the output's points; default keeps the input's.
-        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'pairwise'}, default 'pairwise'
-            Scheme; only pairwise keeps the volume.
+        scheme : {'umbrella', 'scale-dependent', 'cotangent', 'thin-plate', 'taubin', 'area-weighted', 'angle-weighted', 'odt', 'low-pass', 'pairwise'}, default 'pairwise'
+            Scheme; pairwise keeps the volume by itself, all others with preserve_volume.
         weights : {'umbrella', 'scale-dependent', 'cotangent'}, default 'umbrella'
             Weights of the schemes thin-plate, taubin and pairwise. Only where scheme is thin-plate, taubin or pairwise.
         flow : str, default None
@@ -1736,11 +1742,13 @@ class VtksmoothAccessor:
         flow_weight : float, default 3.0
             How much more neighbours along the flow weigh; 0 is as much as all others. Allowed: 0 or more. Only where flow is set.
         relaxation_factor : float, default 1.0
-            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off.
+            Part of the proposed step that is taken (thin-plate diverges above 0.55). Allowed: from 0 to 1. Only where implicit_step is off and scheme is umbrella, scale-dependent, cotangent, thin-plate, taubin, area-weighted, angle-weighted, odt or pairwise.
         implicit_step : float, default None
             Solve for the end of a step of this size, which is stable for any; off: explicit steps of relaxation_factor. Allowed: from 0 to 10000, or None (off). Only where scheme is umbrella, scale-dependent, cotangent or thin-plate.
         pass_band : float, default 0.1
             Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more. Allowed: from 0.001 to 0.9. Only where scheme is taubin.
+        wavelength : float, default 'auto'
+            Waves of this length lose half of their height, shorter ones more; auto: 15 voxels, or 13 edges. Allowed: 0 model units or more, or auto. Only where scheme is low-pass.
         tangent_plane : bool, default False
             Move vertices only across the surface, not off it.
         back_to_surface : bool, default False

@@ -17,6 +17,7 @@ STOP_REASONS = {
     "deviation": "the next iteration would exceed stop_deviation_fraction",
     "volume": "the next iteration would exceed stop_volume_percent",
     "white": "what was removed has become white: there is no more noise to remove",
+    "target": "every vertex is where the scheme puts it, as far as it may go",
     "pass-band": "the next iteration would amplify frequencies below pass_band by more than 1.5 %; "
     "lower pass_band to smooth more",
 }
@@ -81,6 +82,8 @@ class RunReport:
         Vertices held because edges there are non-manifold or disagree on the orientation.
     vertex_classes : tuple of int
         Vertices that are smooth, on ridges, corners and cusps, where features are kept; empty elsewhere.
+    wavelength : float or None
+        Of the scheme low-pass, the wavelength of which half is left; model units.
     curvature_radius : float or None
         Points as flat as a sphere of this radius did not move; None without a bound.
     noise_level : float or None
@@ -114,6 +117,7 @@ class RunReport:
     merged_points: int = 0
     irregular: int = 0
     vertex_classes: tuple[int, ...] = ()
+    wavelength: float | None = None
     curvature_radius: float | None = None
     noise_level: float | None = None
     on_source: tuple[int, ...] = ()

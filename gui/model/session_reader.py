@@ -119,6 +119,7 @@ class Stored:
                 f"this one knows up to {VERSION}) and cannot be opened here; update vtksmooth."
             )
         reason = f"{type(error).__name__}: {error}".strip(": ").split("\n")[0]
+        reason = reason if len(reason) <= 300 else f"{reason[:300]}…"  # it may hold names of any length
         return SessionError(f"{self.path.name} is damaged ({reason}); open a copy, or the meshes.")
 
 

@@ -77,7 +77,7 @@ class InstallationSpaceSmoothing(LaplacianSmoothing):
     blend = SmoothingFilter.blend.with_default(None)
     scheme = Parameter(
         "pairwise",
-        "Scheme; only pairwise keeps the volume.",
+        "Scheme; pairwise keeps the volume by itself, all others with preserve_volume.",
         choices=LaplacianSmoothing.scheme.choices,
     )
     relaxation_factor = LaplacianSmoothing.relaxation_factor.with_default(1.0)

@@ -15,6 +15,7 @@ from ..kernels.smoothing.schemes.area_weighted import AreaWeighted
 from ..kernels.smoothing.schemes.cotangent import Cotangent
 from ..kernels.smoothing.schemes.directional import Directional
 from ..kernels.smoothing.schemes.implicit import Implicit
+from ..kernels.smoothing.schemes.low_pass import LowPass
 from ..kernels.smoothing.schemes.optimal_delaunay import OptimalDelaunay
 from ..kernels.smoothing.schemes.pairwise import Pairwise
 from ..kernels.smoothing.schemes.pairwise_labels import PairwiseLabels
@@ -24,7 +25,7 @@ from ..kernels.smoothing.schemes.thin_plate import ThinPlate
 from ..kernels.smoothing.schemes.umbrella import Umbrella
 from ..kernels.smoothing.weights import KINDS, Weights
 from .arrays import vectors_at_points
-from .parameter import CONSTRAINTS, SET, Parameter
+from .parameter import AUTO, CONSTRAINTS, SET, Parameter
 from .places import Merge
 from .smoothing import SmoothingFilter
 
@@ -63,6 +64,10 @@ def _taubin(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
     return Taubin(*given) if weights.constant else DirectionalTaubin(weights, *given)
 
 
+def _low_pass(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
+    return LowPass(None if smoothing.wavelength == AUTO else smoothing.wavelength)
+
+
 def _pairwise(smoothing: LaplacianSmoothing, weights: Weights) -> Scheme:
     if smoothing.labelled:
         if not weights.constant:
@@ -84,6 +89,7 @@ SCHEMES: dict[str, _Row] = {
     "area-weighted": _Row(_of_faces(AreaWeighted), weights=False, flow=False, implicit=False),
     "angle-weighted": _Row(_of_faces(AngleWeighted), weights=False, flow=False, implicit=False),
     "odt": _Row(_of_faces(OptimalDelaunay), weights=False, flow=False, implicit=False),
+    "low-pass": _Row(_low_pass, weights=False, flow=False, implicit=False),
     "pairwise": _Row(_pairwise, weights=True, flow=True, implicit=False),
 }
 
@@ -98,12 +104,14 @@ class LaplacianSmoothing(SmoothingFilter):
     Umbrella: equal weights. Scale-dependent: ``1/|e|`` (Fujiwara). Cotangent: Desbrun et al., negative
     weights clamped. Thin plate: the umbrella operator twice (Kobbelt et al.). Taubin: ``lambda|mu``, which
     hardly shrinks or grows. Area-weighted and angle-weighted: the centroids of the faces round the vertex;
-    odt: their circumcentres, weighted by area (optimal Delaunay triangulation). Pairwise: both ends of an
-    edge at once, so that the volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart
-    Laplacian. With a flow, weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between
-    the flow and the edge in the tangent plane. With an implicit step each iteration solves one sparse system,
-    which is as good as many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and
-    without a flow, and with every constraint that these have.
+    odt: their circumcentres, weighted by area (optimal Delaunay triangulation). Low-pass: where a filter of
+    the whole surface puts each vertex, which removes waves shorter than `wavelength` as far as they are
+    noise; it is there after two or three iterations. Pairwise: both ends of an edge at once, so that the
+    volume stays (Liu et al.), for triangles. ``gate="angle"`` makes it the smart Laplacian. With a flow,
+    weights of neighbours are ``w_ij (1 + flow_weight cos^2 theta)``, theta between the flow and the edge in
+    the tangent plane. With an implicit step each iteration solves one sparse system, which is as good as
+    many small steps: for umbrella, scale-dependent, cotangent and thin-plate, with and without a flow, and
+    with every constraint that these have.
 
     Guarantees
     ----------
@@ -151,7 +159,8 @@ class LaplacianSmoothing(SmoothingFilter):
     )  # fmt: skip
     relaxation_factor = Parameter(
         0.5, "Part of the proposed step that is taken (thin-plate diverges above 0.55).",
-        low=0.0, high=1.0, only={"implicit_step": (None,)},
+        low=0.0, high=1.0, every=True,
+        only={"implicit_step": (None,), "scheme": tuple(name for name in SCHEMES if name != "low-pass")},
     )  # fmt: skip
     implicit_step = Parameter(
         None,
@@ -162,6 +171,11 @@ class LaplacianSmoothing(SmoothingFilter):
     pass_band = Parameter(
         0.1, "Taubin's k_PB = 1/lambda + 1/mu: frequencies below it are kept, so lower smooths more.",
         low=0.001, high=0.9, only={"scheme": ("taubin",)},
+    )  # fmt: skip
+    wavelength = Parameter(
+        AUTO,
+        "Waves of this length lose half of their height, shorter ones more; auto: 15 voxels, or 13 edges.",
+        low=0.0, unit="model units", automatic=True, type=float, only={"scheme": ("low-pass",)},
     )  # fmt: skip
     tangent_plane = Parameter(False, "Move vertices only across the surface, not off it.", group=CONSTRAINTS)
     back_to_surface = Parameter(False, "Put every vertex back on the original surface.", group=CONSTRAINTS)

@@ -65,6 +65,8 @@ class Parameter:
         Other parameters and those of their values with which this one has a say, if it has not always; one
         of them is enough. Inputs of the filter may be among them, as "set". Where it has none, only its
         default is accepted.
+    every : bool
+        Whether all of `only` must be so.
 
     Examples
     --------
@@ -99,11 +101,12 @@ class Parameter:
         text: str = "",
         points: bool = False,
         only: Mapping[str, tuple[Any, ...] | str] | None = None,
+        every: bool = False,
     ) -> None:
         self.default, self.help, self.low, self.high, self.unit = default, help, low, high, unit
         self.choices, self.optional, self.codes = choices, optional, dict(codes or {})
         self.automatic, self.group, self.text, self.only = automatic, group, text, dict(only or {})
-        self.points = points
+        self.points, self.every = points, every
         self.type: Callable[[Any], Any] = type or default.__class__
         self.name = ""
 
@@ -172,15 +175,17 @@ class Parameter:
 
     def has_say(self, value_of: Callable[[str], Any]) -> bool:
         """Return whether its value is read, given those of the filter's other parameters."""
-        return not self.only or any(
+        met = [
             value_of(name) is not None if values == SET else value_of(name) in values
             for name, values in self.only.items()
-        )
+        ]
+        return not met or (all(met) if self.every else any(met))
 
     @property
     def where(self) -> str:
         """Where it has a say, in words; '' if it always has."""
-        return " or ".join(f"{name} is {_one_of(values)}" for name, values in self.only.items())
+        met = (f"{name} is {_one_of(values)}" for name, values in self.only.items())
+        return (" and " if self.every else " or ").join(met)
 
     def check(self, value: Any) -> Any:
         """Return `value` in the parameter's type.

@@ -69,6 +69,9 @@ FEATURE_CLASS, RIDGE_NEIGHBOURS = "FeatureClass", "RidgeNeighbours"
 ADDED_EDGES, REMOVED_EDGES = "AddedFeatureEdges", "RemovedFeatureEdges"
 
 
+#: Where coordinates are coarser than this part of the diagonal, what is promised is lost in rounding.
+_COARSEST = 1e-3
+
 #: Where it matters what the features are.
 _FEATURES: dict[str, Any] = {"features": ("hold", "slide"), "null_space": (True,)}
 
@@ -95,6 +98,15 @@ def edits_of(algorithm: Any, source: Any) -> tuple[npt.NDArray[Any], npt.NDArray
 def edge_arrays_of(algorithm: Any) -> list[str]:
     """Return the names of the field arrays that the parameters `added_edges` and `removed_edges` name."""
     return [name for name in (algorithm.added_edges, algorithm.removed_edges) if name is not None]
+
+
+def _refuse_coarse(mesh: Mesh) -> None:
+    spacing = float(np.spacing(np.abs(mesh.points[mesh.used_points]).max(initial=0.0)))
+    if spacing > _COARSEST * mesh.diagonal > 0.0:
+        raise InvalidMeshError(
+            f"The mesh lies so far from the origin that its coordinates are exact to {spacing:.2g} only, "
+            "more than a thousandth of its size; move it to the origin first."
+        )
 
 
 class SmoothingFilter(Filter):
@@ -468,6 +480,7 @@ class SmoothingFilter(Filter):
         """
         given, names = with_labels(source, surface_of(source), labels_name(source, self.boundary_labels))
         self.labelled = given.face_labels is not None
+        _refuse_coarse(given)
         mesh = given if inside is None else given.with_points(inside.mesh.points)
         origin = None if inside is None else inside.space.origin
         diagonal = mesh.diagonal

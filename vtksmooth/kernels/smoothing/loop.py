@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import InvalidMeshError, ParameterError
+from ...errors import ParameterError
 from ...jit import parallel
 from ...jit.compiled import kernel
 from ...report import RunReport
@@ -57,9 +57,6 @@ _MEASURE_EVERY = 1.0
 #: How often a pass that is judged as a whole is done again without the vertices that must stay.
 _WITHDRAWALS = 6
 
-
-#: Where coordinates are coarser than this part of the diagonal, what is promised is lost in rounding.
-_COARSEST = 1e-3
 
 #: Steps below this part of the mesh's diagonal are none.
 _NOTHING = 1e-6
@@ -253,12 +250,6 @@ class _Run:
         """Put the mesh in order, build what the passes need, and let the constraints bind."""
         self.progress(0.0, "building neighbourhoods")
         mesh = self.mesh
-        spacing = float(np.spacing(np.abs(mesh.points[mesh.used_points]).max(initial=0.0)))
-        if spacing > _COARSEST * mesh.diagonal > 0.0:
-            raise InvalidMeshError(
-                f"The mesh lies so far from the origin that its coordinates are exact to {spacing:.2g} only, "
-                "more than a thousandth of its size; move it to the origin first."
-            )
         near = adjacency.build(mesh)
         if mesh.face_labels is not None:
             check_closed(mesh, near)
@@ -542,6 +533,7 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
+        self.scheme.tell(report)
         for constraint in self.disposal.constraints:
             constraint.tell(report)
         self.scheme.tell(report)

@@ -141,30 +141,17 @@ class Disposal:
         return [each for each in self.constraints if each.phase not in (Phase.PIN, Phase.LOOK)]
 
     def bind(self, state: State) -> None:
-        """Bind all constraints.
-
-        Raises
-        ------
-        ParameterError
-            What is conserved must be closed over all vertices at once, and a limit cannot judge that.
-        """
+        """Bind all constraints."""
         for constraint in self.constraints:
             constraint.bind(state)
         if self.closing is not None:
             self.closing.bind(state)
-        for one in self._conserving:
-            for other in self._limiting:
-                if one.closes and other.needs_still:
-                    raise ParameterError(
-                        f"{one} cannot go together with {str(other)[0].lower()}{str(other)[1:]} where the "
-                        "boundary slides: keep the boundary fixed, or leave one of them out."
-                    )
 
     def prepare(self, state: State) -> None:
         """Prepare the pass that begins."""
         for constraint in self.constraints:
             constraint.prepare(state)
-        self.factors = factors(self.constraints)
+        self.factors = state.factors = factors(self.constraints)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what all allow."""
@@ -323,7 +310,7 @@ class Disposal:
         return self.in_place and any(each.closes for each in self._conserving)
 
     def close(self, state: State, before: Float64) -> bool:
-        """Close what the moving boundary has left open in a pass in place that began at `before`.
+        """Close what a pass in place that began at `before` has left open.
 
         Returns False where that cannot be done; then all vertices are back at `before`.
         """
@@ -331,14 +318,19 @@ class Disposal:
         for constraint in self._conserving:
 
             def beyond(state: State, proposed: Float64) -> npt.NDArray[np.bool_]:
-                found = self.beyond(state, proposed)
+                changed = np.flatnonzero((proposed != state.points).any(axis=1))
+                found = np.zeros(len(proposed), bool)
+                for limit in self._limiting:
+                    found |= limit.exceeded(state, proposed, changed)
                 for judge in self._judging:
                     found |= judge.worsened(state, before, proposed)
+                found &= state.pinned == 0
                 return found
 
             proposed = state.points.copy()
             kept = kept and constraint.conserve(state, state.points, proposed, beyond, before)
             state.points[:] = proposed if kept else before
+        self.forget(state)
         return kept
 
     def check(self, state: State) -> list[str]:

@@ -49,6 +49,8 @@ class State:
         Part of the way to the middle of their two neighbours that vertices on lines go in a pass.
     direction : (n, 3) float64, optional
         Direction of the surface at each vertex, where a constraint computes it in each pass.
+    factors : (n,) float64, optional
+        Part of its step that each vertex takes in the pass, where a constraint shortens steps by factors.
     tensor_weight : int
         What weighs a face in the tensors that directions come from: 0 its area, 1 its angle at the vertex.
     elsewhere : bool
@@ -70,6 +72,7 @@ class State:
     face_order: Int32 | None = None
     slide: float = 0.5
     direction: npt.NDArray[np.float64] | None = None
+    factors: npt.NDArray[np.float64] | None = None
     tensor_weight: int = 0
     elsewhere: bool = False
     confined: npt.NDArray[np.uint8] | None = None

@@ -295,7 +295,8 @@ class LocalVolume(Constraint):
     is exact for straight paths; with whole faces' volumes in its place, as (13) has it, the equations hardly
     see what alternates from vertex to vertex, and more corrections roughen the surface. Then, if wanted, a
     last step that is equal for all vertices of a body (what hangs together by faces) and closes its volume
-    exactly. One by one: the Gauss-Seidel variant of section 3.2, exact in one step.
+    exactly. One by one: with corrections the Gauss-Seidel variant of section 3.2, exact in one step; without,
+    the last step alone.
 
     No face that is not inverted is made so. Before the volume is corrected, steps that would invert one
     are shortened, as by :class:`~vtksmooth.kernels.smoothing.constraints.no_inversion.NoInversion`. Where the
@@ -378,7 +379,11 @@ class LocalVolume(Constraint):
         self._last_residual: Callable[[], list[float]] = list
         self._confined = np.zeros(n, np.uint8) if state.confined is None else state.confined
         slide = (self._confined != 0) | (state.near.kinds == BOUNDARY)
-        self.closes = self.uniform and (self.whole or bool((slide & (state.pinned == 0)).any()))
+        # With corrections, vertices that move one by one give back what they sweep each for itself: all of
+        # their way off the surface. Without, the pass is closed as a whole.
+        self._alone = self.corrections > 0 or not state.in_place
+        slides = bool((slide & (state.pinned == 0)).any())
+        self.closes = self.uniform and (self.whole or not self._alone or slides)
         if len(self.flux) and self.closes:
             raise ParameterError("A flux takes boundaries that stay: set the boundary to fixed.")
         if self.closes or not state.in_place:
@@ -444,6 +449,8 @@ class LocalVolume(Constraint):
     # -- one by one --------------------------------------------------------------------------------
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
+        if not self._alone:
+            return
         if self._own:
             directions(state, starts, ends, self._normals, self._direction)
         parallel.run(
