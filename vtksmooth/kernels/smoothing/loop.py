@@ -533,7 +533,6 @@ class _Run:
         report.mean_aspect_ratio = (report.mean_aspect_ratio[0], float(k.mean()))
         report.min_aspect_ratio = (report.min_aspect_ratio[0], float(k.min()))
         report.inverted = (report.inverted[0], int((k < 0).sum()))
-        self.scheme.tell(report)
         for constraint in self.disposal.constraints:
             constraint.tell(report)
         self.scheme.tell(report)

@@ -53,9 +53,6 @@ class Scheme(ABC):
         """Why there is no further iteration, a key of :data:`~vtksmooth.report.STOP_REASONS`, or ''."""
         return ""
 
-    def tell(self, report: RunReport) -> None:  # noqa: B027
-        """Add to the report what this scheme knows of the run."""
-
     def prepare(self, state: State, turn: int) -> None:  # noqa: B027 (most need nothing)
         """Compute what the proposals of pass `turn` of the iteration need of the whole mesh."""
 
