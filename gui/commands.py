@@ -51,7 +51,7 @@ def overlay_id(overlay: str) -> str:
 
 COMMANDS: tuple[Command, ...] = (
     Command("open", "Open…", "File", "Ctrl+O", "Open meshes, each as a layer", tool=True),
-    Command("save", "Save", "File", "Ctrl+S", "Write the active layer to its file", tool=True),
+    Command("save", "Save", "File", "Ctrl+S", "Write the active layer; asks for a name at first", tool=True),
     Command("save_as", "Save As…", "File", "Ctrl+Shift+S", "Write the active layer to another file"),
     Command("open_session", "Open Session…", "File", tip="Everything as it was saved"),
     Command("save_session", "Save Session", "File", "Ctrl+E", "Layers, history and views in one file"),

@@ -121,9 +121,8 @@ class Application(QObject):
             return
         if layer.unsaved and self.sessions.modified:
             answer = self.sessions.ask_unsaved([layer.name], "Save writes the mesh to a file.")
-            job = self.files.save() if answer is Answer.SAVE else None
-            if job is not None:
-                job.done.connect(lambda _: self._close(layer))
+            if answer is Answer.SAVE:
+                self.files.save(lambda: self._close(layer))
             if answer is not Answer.DISCARD:
                 return
         self._close(layer)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, Signal, Slot
 from PySide6.QtWidgets import QFileDialog
 
 from vtksmooth.errors import Cancelled, VtksmoothError
-from vtksmooth.files import READABLE, WRITABLE, read_surface, write_surface
+from vtksmooth.files import READABLE, WRITABLE, atomic, check_writable, read_surface, write_surface
 from vtksmooth.files.vtk_process import prepare
 
 from ..model.document import Document
@@ -20,8 +21,12 @@ from ..model.layer import Layer
 from ..model.session import SUFFIX
 from ..model.state import State
 from ..settings import Settings
+from ..views import questions
 from ..views.main_window import MainWindow
-from .jobs import Context, Job, Jobs
+from .jobs import Context, Jobs
+
+#: What is done after a layer has been written.
+Then = Callable[[], object]
 
 
 def explain(error: Exception) -> str:
@@ -32,6 +37,10 @@ def explain(error: Exception) -> str:
     if isinstance(error, MemoryError):
         return "Out of memory; close layers, lower the memory of the history, or use a smaller mesh."
     return f"Unexpected {type(error).__name__}: {text}. Please report it, with what Help > About shows."
+
+
+class _Losses(Exception):
+    """A file would not hold everything: what it would not, as sentences."""
 
 
 class Files(QObject):
@@ -50,6 +59,8 @@ class Files(QObject):
         super().__init__(window)
         self._document, self._window, self._jobs, self._settings = document, window, jobs, settings
         self._numbers = itertools.count()
+        #: What layers have lost in their files, with the user's consent.
+        self._accepted: WeakKeyDictionary[Layer, list[str]] = WeakKeyDictionary()
         window.dropped.connect(self.open_paths)
         window.menus["File"].aboutToShow.connect(self._list_recent)
 
@@ -142,21 +153,30 @@ class Files(QObject):
 
     # -- saving ------------------------------------------------------------------------------------
 
-    def save(self) -> Job | None:
-        """Write the active layer to its file, or ask for one."""
+    def save(self, then: Then | None = None) -> None:
+        """Write the active layer to its file; at first, ask for one: what was opened stays as it is.
+
+        `then` is called when it has been written.
+        """
         layer = self._document.active
         if layer is None:
-            return None
-        if layer.path is None or layer.path.suffix.lower() not in WRITABLE:
-            return self.save_as()
-        return self.write(layer, layer.path)
+            return
+        untouched = layer.path == layer.source and layer.saved is layer.opened
+        if layer.path is None or untouched or layer.path.suffix.lower() not in WRITABLE:
+            self.save_as(then)
+        else:
+            self.write(layer, layer.path, then)
 
-    def save_as(self) -> Job | None:
+    def save_as(self, then: Then | None = None) -> None:
         """Ask for a file and write the active layer to it."""
         layer = self._document.active
         if layer is None:
-            return None
+            return
         start = layer.path or Path(self._settings.get("folder", "")) / f"{layer.name}.vtp"
+        if start == layer.source:
+            start = start.with_stem(f"{start.stem}_smoothed")
+        if start.suffix.lower() not in WRITABLE:
+            start = start.with_suffix(".vtp")
         patterns = ";;".join(f"{extension[1:].upper()} (*{extension})" for extension in WRITABLE)
         name, _ = QFileDialog.getSaveFileName(
             self._window,
@@ -164,29 +184,50 @@ class Files(QObject):
             str(start),
             f"All formats (*{' *'.join(WRITABLE)});;{patterns}",
         )
-        return self.write(layer, Path(name)) if name else None
+        if name:
+            path = Path(name)
+            self.write(layer, path if path.suffix else path.with_suffix(start.suffix), then)
 
-    def write(self, layer: Layer, path: Path) -> Job:
-        """Write a layer as it is now."""
+    def write(self, layer: Layer, path: Path, then: Then | None = None, accepted: Sequence[str] = ()) -> None:
+        """Write a layer as it is now, once the user has accepted what the format drops."""
         state = layer.state
         assert state is not None
+        known = {*accepted, *self._accepted.get(layer, ())}
 
         def write(context: Context) -> Any:
-            return layer, state, path, write_surface(state.input(), path)
+            check_writable(path)
+            with atomic(path) as temporary:
+                notes = write_surface(state.input(), temporary)
+                notes = [note.replace(f"{temporary.name}: ", "", 1) for note in notes]
+                if not known.issuperset(notes):
+                    raise _Losses(notes)
+            return layer, state, path, notes
 
         job = self._jobs.start(f"save {path}", write)
         job.done.connect(self._written)
-        job.failed.connect(self._failed)
-        return job
+        if then is not None:
+            job.done.connect(lambda _: then())
+        job.failed.connect(lambda error: self._not_written(layer, path, then, error))
+
+    def ask_losses(self, name: str, notes: Sequence[str]) -> bool:
+        """Ask whether to write a file that does not hold everything."""
+        return questions.ask_losses(self._window, name, notes)
 
     @Slot(object)
     def _written(self, result: Any) -> None:
         layer, state, path, notes = result
+        self._accepted[layer] = notes
         self._document.set_saved(layer, state, path)
         self._settings.add_recent(path)
         lost = " " + " ".join(notes) if notes else ""
         self._window.notification.say(f"Saved {path.name}.{lost}", "warning" if notes else "note")
         self.saved.emit(layer)
+
+    def _not_written(self, layer: Layer, path: Path, then: Then | None, error: Exception) -> None:
+        if not isinstance(error, _Losses):
+            self._failed(error)
+        elif layer.state is not None and self.ask_losses(path.name, error.args[0]):
+            self.write(layer, path, then, error.args[0])
 
     @Slot(object)
     def _failed(self, error: Exception) -> None:

@@ -1,4 +1,4 @@
-"""Questions about sessions that must be answered before anything is lost."""
+"""Questions that must be answered before anything is lost."""
 
 from __future__ import annotations
 
@@ -35,6 +35,17 @@ def ask_unsaved(parent: QWidget, names: Sequence[str], save: str) -> Answer:
     box.setEscapeButton(_BUTTONS[Answer.CANCEL])
     given = box.exec()
     return next((answer for answer, button in _BUTTONS.items() if button == given), Answer.CANCEL)
+
+
+def ask_losses(parent: QWidget, name: str, notes: Sequence[str]) -> bool:
+    """Ask whether to write a file that does not hold everything."""
+    box = QMessageBox(QMessageBox.Icon.Warning, "Not everything can be saved", "", parent=parent)
+    box.setText(f"{name} will not hold all of the mesh.")
+    box.setInformativeText("\n".join([*notes, "Cancel, and save as .vtp, to keep everything."]))
+    save = box.addButton("Save Anyway", QMessageBox.ButtonRole.AcceptRole)
+    box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+    box.exec()
+    return box.clickedButton() is save
 
 
 def ask_missing(parent: QWidget, path: Path) -> Path | None:

@@ -699,15 +699,18 @@ def test_save_on_closing_saves_first(user, ant, tmp_path):
     assert_same_document(user.document, again)
 
 
-def test_save_on_closing_a_layer_writes_its_mesh(user, ant, tmp_path):
+def test_save_on_closing_a_layer_writes_its_mesh(user, ant, tmp_path, monkeypatch):
+    from PySide6.QtWidgets import QFileDialog
+
     shutil.copy(ant, tmp_path / "copy.ply")
     user.drop(tmp_path / "copy.ply")
     user.apply(TrapeziumDrawing, iterations=1)
     points = user.document.active.state.points.copy()
     answer(user, "save")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda parent, title, start, kinds: (start, ""))
     user.do("close_layer")
     assert user.document.layers == []
-    assert np.array_equal(read_surface(tmp_path / "copy.ply")[0].points, points)
+    assert np.array_equal(read_surface(tmp_path / "copy_smoothed.ply")[0].points, points)
 
 
 def test_a_missing_mesh_is_asked_for(user, ant, tmp_path):

@@ -1,6 +1,12 @@
 """Nothing changes or vanishes without being asked, by mouse and keys."""
 
-from vtksmooth.filters import LaplacianSmoothing
+import shutil
+
+import numpy as np
+import pytest
+
+from vtksmooth.files import read_surface, write_surface
+from vtksmooth.filters import LaplacianSmoothing, TrapeziumDrawing
 
 VALUES = ("value", "currentText")
 
@@ -72,3 +78,120 @@ def test_the_wheel_changes_only_the_field_with_the_focus(user, ant):
     assert row.hasFocus()
     turn_wheel(user, row, row.rect().center(), 1)
     assert row.value() == 11
+
+
+# -- saving --------------------------------------------------------------------------------------------
+
+
+def answer_next(user, find, then):
+    """Act on the next dialog as soon as it is open."""
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QApplication
+
+    def look():
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, find):
+            timer.stop()
+            then(dialog)
+
+    timer = QTimer(user.window, interval=20)
+    timer.timeout.connect(look)
+    timer.start()
+    return timer
+
+
+def press_button(user, words):
+    from PySide6.QtCore import Qt
+
+    def press(box):
+        button = next(one for one in box.buttons() if one.text().replace("&", "") == words)
+        user.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    return press
+
+
+@pytest.fixture
+def qt_dialogs():
+    from PySide6.QtCore import Qt
+    from PySide6.QtWidgets import QApplication
+
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs)
+    yield
+    QApplication.setAttribute(Qt.ApplicationAttribute.AA_DontUseNativeDialogs, False)
+
+
+def test_the_first_save_asks_and_leaves_the_source_alone(user, qt_dialogs, ant, tmp_path):
+    from PySide6.QtCore import Qt
+    from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QMessageBox
+
+    source = tmp_path / "part.ply"
+    shutil.copy(ant, source)
+    original = source.read_bytes()
+    user.drop(source)
+    user.apply(TrapeziumDrawing, iterations=2)
+    suggested = []
+
+    def accept(dialog, name=""):
+        field = dialog.findChild(QLineEdit)
+        suggested.append(field.text())
+        if name:
+            field.setText(name)
+        user.qtbot.keyClick(field, Qt.Key.Key_Return)
+
+    answer_next(user, QFileDialog, accept)
+    user.press(Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    user.wait(lambda: not user.document.active.unsaved)
+    assert suggested == ["part_smoothed.ply"]
+    assert source.read_bytes() == original
+    saved = tmp_path / "part_smoothed.ply"
+    assert np.array_equal(read_surface(saved)[0].points, user.document.active.state.points)
+    # Recipe and script go on naming what was opened.
+    user.do("copy_script")
+    script = QApplication.clipboard().text()
+    assert str(source) in script
+    assert str(saved) not in script
+    # From now on Save knows where to.
+    user.apply(TrapeziumDrawing, iterations=1)
+    user.press(Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    user.wait(lambda: not user.document.active.unsaved)
+    assert np.array_equal(read_surface(saved)[0].points, user.document.active.state.points)
+    # The source is written over if its name is chosen and the question is answered with yes.
+    for words, same in (("No", True), ("Yes", False)):
+
+        def choose(dialog, words=words):
+            answer_next(user, QMessageBox, press_button(user, words))
+            accept(dialog, str(source))
+            if words == "No":
+                dialog.reject()
+
+        answer_next(user, QFileDialog, choose)
+        user.do("save_as")
+        assert (source.read_bytes() == original) is same
+
+
+def test_what_a_format_drops_is_said_before(user, ant, tmp_path):
+    from PySide6.QtWidgets import QMessageBox
+
+    mesh = read_surface(ant)[0]
+    mesh.points_to_double()
+    mesh["Weight"] = np.arange(mesh.n_points, dtype=float)
+    write_surface(mesh, tmp_path / "part.vtp")
+    user.drop(tmp_path / "part.vtp")
+    path, asked = tmp_path / "part.stl", []
+
+    def read(box):
+        asked.append(box.informativeText())
+        press_button(user, answers.pop(0))(box)
+
+    answers = ["Cancel", "Save Anyway"]
+    for there in (False, True):
+        answer_next(user, QMessageBox, read)
+        user.application.files.write(user.document.active, path)
+        user.wait(lambda there=there: len(asked) == 1 + there)
+        assert path.exists() is there
+    assert "STL does not keep the arrays Weight." in asked[0]
+    assert "single precision" in asked[0]
+    assert user.document.active.path == path
+    user.do("save")  # what was accepted is not asked again
+    assert len(asked) == 2
+    assert not list(tmp_path.glob(".*"))
