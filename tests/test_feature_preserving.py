@@ -6,7 +6,7 @@ import pytest
 import pyvista as pv
 
 from vtksmooth.filters.arrays import surface_of
-from vtksmooth.kernels.measures.noise import noise_level
+from vtksmooth.kernels.measures.noise import noise_levels
 from vtksmooth.kernels.mesh import adjacency, face_rings
 from vtksmooth.kernels.mesh.mesh import Mesh
 from vtksmooth.kernels.smoothing import loop
@@ -48,18 +48,19 @@ class Slow:
         self.of_vertex = [[f for f, own in enumerate(sets) if v in own] for v in range(mesh.n_points)]
         self.neighbours = [sorted(set().union(*(sets[f] for f in fs)) - {v})
                            for v, fs in enumerate(self.of_vertex)]  # fmt: skip
-        self.sigma = noise_level(mesh, near)
+        self.levels, self.sigma = noise_levels(mesh, near)
         edge = np.mean([np.linalg.norm(self.first[v] - self.first[w])
                         for v, ws in enumerate(self.neighbours) for w in ws])  # fmt: skip
-        self.window = min(max(1.2 + 6.0 * self.sigma / edge, 1.25), 3.0)
+        self.window = np.clip(1.2 + 6.0 * self.levels[self.faces].mean(axis=1) / edge, 1.25, 3.0)
         _, _, centre = self.measured(self.first)
         reach = 2.0 * self.window * self.distance(centre)
+        across = [[a + b - f for a, b in self.edges if f in (a, b)] for f in range(len(sets))]
         self.nearby = []
         for f in range(len(sets)):
             found, waiting = {f}, [f]
             while waiting:
-                for g in self.ring[waiting.pop()]:
-                    if g not in found and np.linalg.norm(centre[f] - centre[g]) <= reach:
+                for g in across[waiting.pop()]:
+                    if g not in found and np.linalg.norm(centre[f] - centre[g]) <= reach[f]:
                         found.add(g)
                         waiting.append(g)
             self.nearby.append(sorted(found))
@@ -90,7 +91,7 @@ class Slow:
         for f, near in enumerate(self.nearby):
             away = ((centre[f] - centre[near]) ** 2).sum(axis=1)
             apart = ((guide[f] - guide[near]) ** 2).sum(axis=1)
-            weights = area[near] * np.exp(-away / (2 * s * s) - apart / (2 * r * r))
+            weights = area[near] * np.exp(-away / (2 * s[f] ** 2) - apart / (2 * r * r))
             target[f] = unit((weights[:, None] * n[near]).sum(axis=0))
         return target
 
@@ -180,9 +181,9 @@ def test_nearby_faces_are_connected_within_the_distance():
     faces = corners_of(one)
     mesh = Mesh.from_faces(points, faces + [[v + one.n_points for v in face] for face in faces])
     centre = np.array([points[face].mean(axis=0) for face in corners_of(mesh)])
-    rings = face_rings.rings(adjacency.build(mesh))
+    near = adjacency.build(mesh)
     reach = np.full(mesh.n_faces, 1.5)
-    offsets, nearby = face_rings.nearby(*rings, centre, reach)
+    offsets, nearby = face_rings.nearby(near, face_rings.across(near), centre, reach)
     for f in range(mesh.n_faces):
         away = np.linalg.norm(centre - centre[f], axis=1)
         same = (np.arange(mesh.n_faces) < one.n_faces) == (f < one.n_faces)
@@ -205,8 +206,10 @@ def test_the_pole_of_a_sphere_has_no_more_than_the_most():
 def test_the_noise_level_of_a_ball_is_that_of_the_noise(noise):
     clean, mesh = ball(5), ball(5, noise)
     truth = (np.linalg.norm(mesh.points, axis=1) - 1.0).std()
-    assert noise_level(mesh, adjacency.build(mesh)) == pytest.approx(truth, rel=0.1)
-    assert noise_level(clean, adjacency.build(clean)) < 0.01 * truth
+    levels, level = noise_levels(mesh, adjacency.build(mesh))
+    assert level == pytest.approx(truth, rel=0.1)
+    assert np.sqrt((levels**2).mean()) == pytest.approx(truth, rel=0.2)
+    assert noise_levels(clean, adjacency.build(clean))[1] < 0.01 * truth
 
 
 def test_the_noise_level_is_that_of_least_squares():
@@ -229,7 +232,24 @@ def test_the_noise_level_is_that_of_least_squares():
         left = z - terms @ np.linalg.lstsq(terms, z, rcond=None)[0]
         if len(two) > 6:
             variances.append(left @ left / (len(two) - 6))
-    assert noise_level(mesh, near) == pytest.approx(np.sqrt(np.quantile(variances, 0.4)), rel=1e-9)
+    assert noise_levels(mesh, near)[1] == pytest.approx(np.sqrt(np.quantile(variances, 0.4)), rel=1e-9)
+
+
+def test_the_noise_of_a_part_is_found_there_and_nowhere_else():
+    clean, mesh = ball(5), ball(5, 0.2)
+    noisy = clean.points[:, 2] > 0.3
+    points = np.where(noisy[:, None], mesh.points, clean.points)
+    truth = (np.linalg.norm(points[noisy], axis=1) - 1.0).std()
+    near = adjacency.build(clean)
+    levels, level = noise_levels(clean.with_points(points), near)
+    assert level == pytest.approx(truth, rel=0.15)
+    assert (levels[noisy] > 0.5 * truth).all()
+    assert (levels[clean.points[:, 2] < 0.1] < 0.02 * truth).all()
+    smooth, _ = loop.smooth(clean.with_points(points), FeaturePreserving(), iterations=20)
+    off = np.abs(np.linalg.norm(smooth, axis=1) - 1.0)
+    assert off[noisy].mean() < 0.5 * np.abs(np.linalg.norm(points[noisy], axis=1) - 1.0).mean()
+    still = clean.points[:, 2] < 0.0
+    assert np.linalg.norm(smooth[still] - points[still], axis=1).max() < 0.1 * truth
 
 
 # -- runs ----------------------------------------------------------------------------------------------

@@ -13,11 +13,17 @@ from .aspect_ratio import ring_normals
 
 Float64 = npt.NDArray[np.float64]
 
-#: Vertices that the noise is measured at, at most.
-_SAMPLE = 20_000
+#: Vertices about a vertex that its noise level is found from.
+_ABOUT = 150
 
-#: Part of the vertices whose patches leave less: features and what is flat beside noise do not count.
+#: Part of these whose patches leave less: features do not count.
 _QUANTILE = 0.4
+
+#: Part of the level that half of the variance exceeds below which there is no noise.
+_QUIET = 0.3
+
+#: Rings by which the level is carried on: at the rim of a noisy part too few of the patches have noise.
+_RIM = 2
 
 #: Coefficients of a patch, and most vertices that one is fitted to.
 _UNKNOWNS, _MOST = 6, 200
@@ -120,19 +126,82 @@ def _fit(starts, ends, vertices, points, near, normals, variance):
                 variance[at] = max(total, 0.0) / (size - _UNKNOWNS) * spread * spread
 
 
-def noise_level(mesh: Mesh, near: Adjacency) -> float:
+@kernel
+def _find_levels(near, variance, level):
+    # The quantile of the variances about a vertex, ring by ring until there are enough; of all that have none
+    # yet, and for their one-rings: it hardly changes from one to the next.
+    seen = np.full(near.kinds.size, -1, np.int32)
+    queue = np.empty(near.kinds.size, np.int32)
+    about = np.empty(_ABOUT)
+    level[:] = -1.0
+    for v in range(near.kinds.size):
+        if level[v] >= 0.0:
+            continue
+        queue[0] = v
+        seen[v] = v
+        first = 0
+        last = 1
+        count = 0
+        while first < last and count < _ABOUT:
+            w = queue[first]
+            first += 1
+            if variance[w] >= 0.0:
+                about[count] = variance[w]
+                count += 1
+            for r in range(near.ring_offsets[w], near.ring_offsets[w + 1]):
+                if seen[near.ring[r]] != v:
+                    seen[near.ring[r]] = v
+                    queue[last] = near.ring[r]
+                    last += 1
+        found = 0.0
+        if count > 0:
+            at = int(_QUANTILE * (count - 1))
+            found = np.sqrt(np.partition(about[:count], at)[at])
+        level[v] = found
+        for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+            if level[near.ring[r]] < 0.0:
+                level[near.ring[r]] = found
+
+
+@kernel
+def _spread(starts, ends, near, level, spread):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            spread[v] = level[v]
+            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+                spread[v] = max(spread[v], level[near.ring[r]])
+
+
+def noise_levels(mesh: Mesh, near: Adjacency) -> tuple[Float64, float]:
     """Return the standard deviation of the noise across the surface, model units.
 
-    At vertices all over the mesh a quadratic patch is fitted to the two-ring, in the frame of its mean
+    At each vertex off the boundary a quadratic patch is fitted to the two-ring, in the frame of its mean
     normal. What the patch leaves is noise, or shape that is no such patch: of the variances the 40 % quantile
-    counts. For Gaussian noise along the normals it finds 0.92 to 1.00 of the truth.
+    counts. For Gaussian noise along the normals this finds 0.9 to 1.0 of the truth.
+
+    Returns
+    -------
+    levels : (n,) float64
+        About each vertex. The level of a noisy part counts up to its rim.
+    level : float
+        Of all of the mesh that has noise.
     """
     vertices = np.flatnonzero(near.kinds == 0)
-    vertices = vertices[:: max(1, -(-len(vertices) // _SAMPLE))]
-    variance = np.empty(len(vertices))
+    variance, level = np.full(len(near.kinds), -1.0), np.zeros(len(near.kinds))
+    measured = np.empty(len(vertices))
     parallel.run(
-        _fit, *parallel.ranges(len(vertices)), vertices, mesh.points, near, ring_normals(mesh), variance,
+        _fit, *parallel.ranges(len(vertices)), vertices, mesh.points, near, ring_normals(mesh), measured,
         smallest_share=parallel.COSTLY,
     )  # fmt: skip
-    measured = variance[variance >= 0.0]
-    return float(np.sqrt(np.quantile(measured, _QUANTILE))) if len(measured) else 0.0
+    variance[vertices] = measured
+    _find_levels(near, variance, level)
+    spread = np.empty_like(level)
+    for _ in range(_RIM):
+        parallel.run(_spread, *parallel.ranges(len(level)), near, level, spread)
+        level, spread = spread, level
+    # Half of the variance is where there is more noise than this.
+    ordered = np.sort(level)
+    share = np.cumsum(ordered**2)
+    middle = ordered[np.searchsorted(share, 0.5 * share[-1])] if len(ordered) else 0.0
+    noisy = variance[(level > _QUIET * middle) & (variance >= 0.0)]
+    return level, float(np.sqrt(np.quantile(noisy, _QUANTILE))) if len(noisy) else 0.0

@@ -78,7 +78,7 @@ def _find_rings(starts, ends, near, most, sizes):
 
 
 @kernel
-def _find_nearby(starts, ends, offsets, rings, centre, reach, most, sizes):
+def _find_nearby(starts, ends, offsets, across, centre, reach, most, sizes):
     seen = np.full(sizes.size, -1, np.int32)
     total = 0
     for part in range(starts.size):
@@ -99,9 +99,9 @@ def _find_nearby(starts, ends, offsets, rings, centre, reach, most, sizes):
             seen[f] = f
             i = first
             while i < last:
-                for r in range(offsets[rows[i]], offsets[rows[i] + 1]):
-                    g = rings[r]
-                    if seen[g] != f:
+                for c in range(offsets[rows[i]], offsets[rows[i] + 1]):
+                    g = across[c]
+                    if g >= 0 and seen[g] != f:
                         seen[g] = f
                         x = centre[g, 0] - centre[f, 0]
                         y = centre[g, 1] - centre[f, 1]
@@ -125,21 +125,23 @@ def rings(near: Adjacency) -> tuple[Int64, Int32]:
     return _as_rows(sizes, parts)
 
 
-def nearby(offsets: Int64, rings: Int32, centre: Float64, reach: Float64) -> tuple[Int64, Int32]:
-    """Return offsets, faces: each face, and those that hang together with it by vertices within a distance.
+def nearby(near: Adjacency, across: Int32, centre: Float64, reach: Float64) -> tuple[Int64, Int32]:
+    """Return offsets, faces: each face, and those that hang together with it by edges within a distance.
 
-    The nearest in rings first, 400 at most.
+    The nearest across edges first, 400 at most.
 
     Parameters
     ----------
-    offsets, rings
-        From :func:`rings`.
+    near : Adjacency
+    across : (k,) int32
+        From :func:`across`.
     centre : (m, 3) float64
     reach : (m,) float64
         How far from its centre those of the others may be.
     """
     sizes = np.empty(len(centre), np.int64)
     parts = parallel.run(
-        _find_nearby, *parallel.ranges(len(sizes)), offsets, rings, centre, reach, MOST_NEARBY, sizes
-    )
+        _find_nearby, *parallel.ranges(len(sizes)), near.offsets, across, centre, reach, MOST_NEARBY, sizes,
+        smallest_share=parallel.COSTLY,
+    )  # fmt: skip
     return _as_rows(sizes, parts)

@@ -13,7 +13,7 @@ from ....jit import parallel
 from ....jit.compiled import device, kernel
 from ....report import RunReport
 from ...measures.aspect_ratio import area_vector
-from ...measures.noise import noise_level
+from ...measures.noise import noise_levels
 from ...mesh import face_rings
 from ..run_state import State
 from . import Float64, Int64, Scheme
@@ -478,7 +478,7 @@ class FeaturePreserving(Scheme):
         near, first = state.near, state.original
         n, m = len(state.points), len(near.offsets) - 1
         self._state, self.iteration = state, 0
-        self.noise = noise_level(first, near)
+        level, self.noise = noise_levels(first, near)
         self._first = first.points
         self._anchor, self._kept = first.points.copy(), np.ones(n)
         self._faces, self._vertices = parallel.ranges(m), parallel.ranges(n)
@@ -489,12 +489,13 @@ class FeaturePreserving(Scheme):
         self._measure(state, first.points)
         edge = self._mean_edge(state)
         constant, growth, least, largest = _WINDOW
-        window = constant + growth * self.noise / edge if edge > 0.0 else least
-        self._window = np.full(m, min(max(window, least), largest))
+        at_faces = np.add.reduceat(level[near.connectivity], near.offsets[:-1]) / np.diff(near.offsets)
+        window = constant + growth * at_faces / edge if edge > 0.0 else np.zeros(m)
+        self._window = np.clip(window, least, largest)
         self._nearby = face_rings.nearby(
-            *self._rings, self._centre, 2.0 * self._window * self._mean_distance()
+            near, self._across, self._centre, 2.0 * self._window * self._mean_distance()
         )
-        self._farthest = np.full(n, _FARTHEST * self.noise)
+        self._farthest = _FARTHEST * level
         self._targets, self._released = first.points.copy(), np.zeros(n, np.uint8)
 
     def _mean_edge(self, state: State) -> float:
