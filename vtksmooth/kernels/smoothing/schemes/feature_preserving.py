@@ -15,6 +15,7 @@ from ....report import RunReport
 from ...measures.aspect_ratio import area_vector
 from ...measures.noise import noise_levels
 from ...mesh import face_rings
+from ...mesh.adjacency import Adjacency
 from ..run_state import State
 from . import Float64, Int64, Scheme
 
@@ -25,8 +26,8 @@ WHITENESS = {"gentle": -0.12, "normal": -0.077, "strong": -0.05}
 #: Half the width of the ramp, about `_CENTRE` for normal strength, along which what was removed comes back.
 _RAMP, _CENTRE = 0.06, 0.0
 
-#: Averagings of the local autocorrelation, and the part of a vertex itself in each.
-_AVERAGINGS, _OWN = 12, 0.25
+#: Averagings of the local autocorrelation and of the local edge length; part of a vertex itself in each.
+_AVERAGINGS, _EDGE_AVERAGINGS, _OWN = 12, 6, 0.25
 
 #: Passes of the vertices for one filtering of the normals.
 VERTEX_PASSES = 3
@@ -55,6 +56,29 @@ _FARTHEST = 16.0
 _HALVINGS = 4
 
 _TINY = 1e-6
+
+
+@kernel
+def _mean_edges(starts, ends, points, near, edge):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            edge[v, 0] = 0.0
+            size = near.ring_offsets[v + 1] - near.ring_offsets[v]
+            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+                square = 0.0
+                for axis in range(3):
+                    square += (points[near.ring[r], axis] - points[v, axis]) ** 2
+                edge[v, 0] += np.sqrt(square) / size
+
+
+@kernel
+def _mean_at_faces(starts, ends, near, values, means):
+    for part in range(starts.size):
+        for f in range(starts[part], ends[part]):
+            total = 0.0
+            for c in range(near.offsets[f], near.offsets[f + 1]):
+                total += values[near.connectivity[c]]
+            means[f] = total / max(1, near.offsets[f + 1] - near.offsets[f])
 
 
 @kernel
@@ -487,22 +511,36 @@ class FeaturePreserving(Scheme):
         self._across = face_rings.across(near)
         self._rings = face_rings.rings(near)
         self._measure(state, first.points)
-        edge = self._mean_edge(state)
+        edge = self._edges(state)
+        mean = float(edge.mean()) if n else 0.0
         constant, growth, least, largest = _WINDOW
-        at_faces = np.add.reduceat(level[near.connectivity], near.offsets[:-1]) / np.diff(near.offsets)
-        window = constant + growth * at_faces / edge if edge > 0.0 else np.zeros(m)
-        self._window = np.clip(window, least, largest)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            window = constant + growth * self._at_faces(near, level) / self._at_faces(near, edge)
+        # Where the mesh is graded, a window is so many of the distances there.
+        self._window = np.clip(np.nan_to_num(window, nan=least), least, largest)
+        if mean > 0.0:
+            self._window *= self._at_faces(near, edge) / mean
         self._nearby = face_rings.nearby(
             near, self._across, self._centre, 2.0 * self._window * self._mean_distance()
         )
         self._farthest = _FARTHEST * level
         self._targets, self._released = first.points.copy(), np.zeros(n, np.uint8)
 
-    def _mean_edge(self, state: State) -> float:
-        near, points = state.near, self._first
-        owner = np.repeat(np.arange(len(near.kinds)), np.diff(near.ring_offsets))
-        lengths = np.linalg.norm(points[near.ring] - points[owner], axis=1)
-        return float(lengths.mean()) if len(lengths) else 0.0
+    def _edges(self, state: State) -> Float64:
+        """Return the mean edge length about each vertex, (n,)."""
+        near, n = state.near, len(state.points)
+        edge, averaged = np.zeros((n, 1)), np.empty((n, 1))
+        parallel.run(_mean_edges, *self._vertices, self._first, near, edge)
+        for _ in range(_EDGE_AVERAGINGS):
+            parallel.run(_average, *self._vertices, near, edge, averaged)
+            edge, averaged = averaged, edge
+        return edge[:, 0]
+
+    def _at_faces(self, near: Adjacency, values: Float64) -> Float64:
+        """Return the means of the values at the vertices, (n,), over the corners of each face, (m,)."""
+        means = np.empty(len(near.offsets) - 1)
+        parallel.run(_mean_at_faces, *self._faces, near, values, means)
+        return means
 
     def _mean_distance(self) -> float:
         inner = self._across >= 0
