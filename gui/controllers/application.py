@@ -69,7 +69,7 @@ class Application(QObject):
                 self.window.action(command.id).triggered.connect(self._handler(command.id))
         window = self.window
         window.closing.connect(self._closing)
-        window.layers.activated_layer.connect(self._activate)
+        window.layers.activated_layer.connect(self.document.activate)
         window.layers.visibility_asked.connect(self.document.set_visible)
         window.layers.role_asked.connect(self._set_role)
         window.history.asked.connect(self._go)
@@ -213,11 +213,6 @@ class Application(QObject):
             )
 
     # -- the list of layers and the history --------------------------------------------------------
-
-    @Slot(object)
-    def _activate(self, layer: Layer) -> None:
-        if layer.role is Role.MESH:
-            self.document.activate(layer)
 
     @Slot(object, object)
     def _set_role(self, layer: Layer, role: Role) -> None:

@@ -75,8 +75,8 @@ class MainWindow(QMainWindow):
         self.view = MeshView()
         self.colour_bar = ColourBar()
         self.notification = Notification(self.view)
-        self.layers = LayerList()
         action = self.action
+        self.layers = LayerList(action("close_layer"), action("frame"), action("save_as"))
         self.filters = FilterPanel(FILTERS, action("apply"), action("cancel"), action("preview"))
         self.regions = RegionPanel(action)
         self.histogram, self.worst = Histogram(), WorstList()

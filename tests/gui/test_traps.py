@@ -195,3 +195,91 @@ def test_what_a_format_drops_is_said_before(user, ant, tmp_path):
     user.do("save")  # what was accepted is not asked again
     assert len(asked) == 2
     assert not list(tmp_path.glob(".*"))
+
+
+# -- layers --------------------------------------------------------------------------------------------
+
+
+def click_layer(user, row, dx=60, button="LeftButton"):
+    from PySide6.QtCore import QPoint, Qt
+
+    tree = user.window.layers
+    box = tree.visualItemRect(tree.topLevelItem(row))
+    place = QPoint(box.left() + dx, box.center().y())
+    user.qtbot.mouseClick(tree.viewport(), getattr(Qt.MouseButton, button), pos=place)
+    user.wait()
+
+
+@pytest.fixture
+def three(user, ant, tmp_path):
+    """Three layers, the last an installation space."""
+    from vtksmooth_gui.model.layer import Role
+
+    for name in ("one", "two", "space"):
+        shutil.copy(ant, tmp_path / f"{name}.ply")
+    user.drop(*(tmp_path / f"{name}.ply" for name in ("one", "two", "space")))
+    user.document.set_role(user.document.layers[2], Role.SPACE)
+    user.wait()
+    with user.qtbot.waitActive(user.window):
+        user.window.activateWindow()
+    return user
+
+
+def test_the_highlighted_layer_is_the_one_that_is_worked_on_and_closed(three):
+    from PySide6.QtCore import Qt
+
+    def highlighted():
+        item = three.window.layers.currentItem()
+        assert item.isSelected()
+        assert item.font(0).bold()
+        return item.text(0)
+
+    assert highlighted() == three.document.active.name == "one"
+    for row, name in ((2, "space"), (1, "two")):
+        click_layer(three, row)
+        assert highlighted() == three.document.active.name == name
+    three.qtbot.keyClick(three.window.layers, Qt.Key.Key_Down)
+    three.wait()
+    assert highlighted() == three.document.active.name == "space"
+    three.do("close_layer")
+    assert [layer.name for layer in three.document.layers] == ["one", "two"]
+    assert highlighted() == three.document.active.name
+    click_layer(three, 1)
+    three.window.layers.setFocus()
+    three.qtbot.keyClick(three.window.layers, Qt.Key.Key_Delete)
+    three.wait()
+    assert [layer.name for layer in three.document.layers] == ["one"]
+    three.do("undo")
+    assert [layer.name for layer in three.document.layers] == ["one", "two"]
+
+
+def test_the_tick_hides_a_layer_and_works_on_no_other(three):
+    click_layer(three, 2, dx=8)
+    assert not three.document.layers[2].visible
+    assert three.document.active.name == "one"
+    click_layer(three, 2, dx=8)
+    assert three.document.layers[2].visible
+
+
+def test_layers_have_a_context_menu(three):
+    from PySide6.QtCore import Qt, QTimer
+    from PySide6.QtGui import QContextMenuEvent
+    from PySide6.QtWidgets import QApplication
+
+    click_layer(three, 1, button="RightButton")
+    tree, found = three.window.layers, []
+
+    def choose():
+        menu = QApplication.activePopupWidget()
+        found.extend(action.text() for action in menu.actions())
+        three.qtbot.mouseClick(
+            menu, Qt.MouseButton.LeftButton, pos=menu.actionGeometry(menu.actions()[-1]).center()
+        )
+
+    QTimer.singleShot(100, choose)
+    at = tree.visualItemRect(tree.topLevelItem(1)).center()
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, at, tree.viewport().mapToGlobal(at))
+    QApplication.sendEvent(tree.viewport(), event)
+    three.wait(lambda: bool(found))
+    assert found == ["Frame", "Save As…", "Close Layer"]
+    assert [layer.name for layer in three.document.layers] == ["one", "space"]
