@@ -297,5 +297,6 @@ def test_where_the_mesh_is_graded_the_window_is_too():
 
 def test_a_clean_polyhedron_stays():
     box = surface_of(pv.Box(level=15).triangulate().clean()).mesh
-    points, _ = loop.smooth(box, FeaturePreserving(), iterations=5)
+    points, report = loop.smooth(box, FeaturePreserving(), iterations=20)
+    assert report.iterations < 20
     np.testing.assert_allclose(points, box.points, atol=1e-12)

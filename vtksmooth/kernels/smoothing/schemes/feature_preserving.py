@@ -630,7 +630,7 @@ class FeaturePreserving(Scheme):
         parallel.run(_correlate, *vertices, near, state.pinned, removed, terms, products, pairs)
         free = state.pinned == 0
         square, count = float((removed[free] ** 2).mean()) if free.any() else 0.0, int(pairs.sum())
-        whole = float(products.sum()) / count / square if count and square > 0.0 else -np.inf
+        whole = float(products.sum()) / count / square if count and square > 0.0 else np.inf
         return terms, whole
 
     def propose(self, state: State, turn: int, starts: Int64, ends: Int64, proposed: Float64) -> None:
