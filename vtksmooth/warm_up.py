@@ -13,8 +13,15 @@ from vtkmodules.vtkFiltersSources import vtkCubeSource
 
 from .errors import InvalidMeshError, ParameterError
 from .files import corners, numerals, shortest
-from .filters import FILTERS, ContainmentCheck, Filter, LaplacianSmoothing, SegmentationSurface
-from .filters.arrays import surface_of, vtk_array
+from .filters import (
+    FILTERS,
+    ContainmentCheck,
+    FeatureDetection,
+    Filter,
+    LaplacianSmoothing,
+    SegmentationSurface,
+)
+from .filters.arrays import points_of, surface_of, vtk_array, vtk_points
 from .filters.smoothing import FIXED
 from .jit.compile_ahead import compiling_ahead
 from .jit.compiled import on_compile
@@ -139,6 +146,15 @@ def _settings(cls: type[Filter]) -> Iterator[dict[str, object]]:
         yield {name: value for name, value in setting.items() if declared[name].has_say(values.get)}
 
 
+def _flat_in_part(size: int) -> vtkPolyData:
+    """Return a bumpy grid of which half is flat: noise that is uneven."""
+    mesh = bump(size, "triangles")
+    points = points_of(mesh).copy()
+    points[points[:, 1] < size / 2, 2] = 0.0
+    mesh.SetPoints(vtk_points(points))
+    return mesh
+
+
 def label_image(size: int) -> vtkImageData:
     """Return an image of two labels that touch each other, and the background."""
     labels = np.zeros((size, size, size), np.uint8)
@@ -195,6 +211,7 @@ def run(progress: Callable[[float, str], None] | None = None) -> int:
                     cls(**setting)(*(space if name == "installation" else mesh for name in cls.inputs))
         for solid in _solids(size):
             ContainmentCheck()(space, solid)
+        FeatureDetection()(_flat_in_part(16))
         LaplacianSmoothing()(space)  # points of boxes are there once for each face: several in one place
         _smooth_labels(size)
         _pick(surface_of(meshes[0]).mesh)
