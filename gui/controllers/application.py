@@ -106,13 +106,11 @@ class Application(QObject):
 
     def undo(self) -> None:
         """Undo the last step."""
-        self.jobs.cancel("apply")
-        self.document.undo()
+        self._go(self.document.history.index - 1)
 
     def redo(self) -> None:
         """Do again what was undone."""
-        self.jobs.cancel("apply")
-        self.document.redo()
+        self._go(self.document.history.index + 1)
 
     def close_layer(self) -> None:
         """Close the active layer."""
@@ -220,9 +218,16 @@ class Application(QObject):
 
     @Slot(int)
     def _go(self, index: int) -> None:
-        if index != self.document.history.index:
-            self.jobs.cancel("apply")
-            self.document.go(index)
+        history = self.document.history
+        if index == history.index or not history.first <= index <= len(history.steps):
+            return
+        self.jobs.cancel("apply")
+        layers, forth = self.document.layers, index > history.index
+        self.document.go(index)
+        gone = [layer.name for layer in layers if layer.state is None]
+        if gone:
+            way = "Undo" if forth else "Redo"
+            self.window.notification.say(f"Closed {', '.join(gone)}; {way} opens it again.", "warning")
 
     # -- the end -----------------------------------------------------------------------------------
 

@@ -173,7 +173,7 @@ class Document:
             added = self._new_layer(f"{layer.name} {name}", state)
             added.role = Role.REFERENCE
             changes[added] = (None, state)
-        self._do(Step(title, changes, summary))
+        self._do(Step(title, changes, summary), keep_undone=step.cls.measures)
         self.changed.emit()
 
     def replay(self, layer: Layer, states: Sequence[State], title: str, summary: str = "") -> None:
@@ -236,6 +236,9 @@ class Document:
 
     def set_role(self, layer: Layer, role: Role) -> None:
         """Change what a layer is for."""
+        if role is layer.role:
+            return
+        self.history.insert(Step(f"{layer.name}: {role}", roles={layer: (layer.role, role)}))
         layer.role = role
         if role is not Role.MESH and layer is self.active:
             self.active = next((other for other in self.layers if other.role is Role.MESH), layer)
@@ -294,10 +297,10 @@ class Document:
             unique, number = f"{name} {number}", number + 1
         return Layer(unique, state)
 
-    def _do(self, step: Step) -> None:
+    def _do(self, step: Step, keep_undone: bool = False) -> None:
         self._layers += [layer for layer in step.changes if layer not in self._layers]
         self._set({layer: after for layer, (_, after) in step.changes.items()})
-        self.history.push(step)
+        (self.history.insert if keep_undone else self.history.push)(step)
         # Layers of steps that were undone and then overwritten cannot come back.
         known = {layer for other in self.history.steps for layer in other.changes}
         self._layers = [layer for layer in self._layers if layer in known]

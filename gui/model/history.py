@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
-from .layer import Layer
+from .layer import Layer, Role
 from .state import State
 
 #: Memory that states may take before the oldest are given up, bytes.
@@ -24,12 +24,15 @@ class Step:
         What it did, in one line.
     between : tuple of State
         What a recipe made on the way, to begin there when it is run again.
+    roles : dict
+        For each layer whose role it changed the role before and after.
     """
 
     title: str
     changes: dict[Layer, tuple[State | None, State | None]] = field(default_factory=dict)
     summary: str = ""
     between: tuple[State, ...] = ()
+    roles: dict[Layer, tuple[Role, Role]] = field(default_factory=dict)
     #: The states have been given up for memory: it cannot be undone any more.
     settled: bool = False
 
@@ -66,8 +69,16 @@ class History:
     def push(self, step: Step) -> None:
         """Add a step that has been done; what had been undone is forgotten."""
         del self.steps[self.index :]
-        self.steps.append(step)
-        self.index = len(self.steps)
+        self.insert(step)
+
+    def insert(self, step: Step) -> None:
+        """Add a step that has been done and leaves alone what had been undone: that can be done again."""
+        self.steps.insert(self.index, step)
+        self.index += 1
+        for layer, (_, after) in step.changes.items():
+            later = next((other for other in self.steps[self.index :] if layer in other.changes), None)
+            if later is not None:
+                later.changes[layer] = (after, later.changes[layer][1])
         self.settle()
 
     @property
@@ -86,7 +97,7 @@ class History:
         return self.index < len(self.steps)
 
     def go(self, index: int) -> dict[Layer, State | None]:
-        """Make `index` steps be in effect; return the states that layers get by that.
+        """Make `index` steps be in effect; return the states that layers get by that. Roles are set.
 
         Raises
         ------
@@ -98,8 +109,12 @@ class History:
         states: dict[Layer, State | None] = {}
         for step in reversed(self.steps[index : self.index]):
             states |= {layer: before for layer, (before, _) in step.changes.items()}
+            for layer, (role, _) in step.roles.items():
+                layer.role = role
         for step in self.steps[self.index : index]:
             states |= {layer: after for layer, (_, after) in step.changes.items()}
+            for layer, (_, role) in step.roles.items():
+                layer.role = role
         self.index = index
         return states
 

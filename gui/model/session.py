@@ -148,6 +148,11 @@ class _Capture:
                 if layer in self.layers
             ],
             "between": [self.number(state) for state in step.between],
+            "roles": [
+                [self.layers[layer], before.value, after.value]
+                for layer, (before, after) in step.roles.items()
+                if layer in self.layers
+            ],
         }
 
     def measurement(self, one: Measurement) -> JSONEntry:

@@ -499,9 +499,13 @@ class _Reader:
                 entry.get("summary", ""),
                 tuple(state for state in between if state is not None),
             )
+            for number, before, after in entry.get("roles", []):
+                layer = layers[number]
+                if layer is not None and before in [*Role] and after in [*Role]:
+                    step.roles[layer] = (Role(before), Role(after))
             if entry.get("settled") or not whole:
                 step.settle()
-            self._keep_unknown(step, entry, "title summary settled changes between")
+            self._keep_unknown(step, entry, "title summary settled changes between roles")
             steps.append(step)
         if not 0 <= index <= len(steps):
             raise ValueError("the history has fewer steps than are in effect")

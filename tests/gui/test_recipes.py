@@ -326,7 +326,7 @@ def test_a_recipe_is_saved_and_replayed_on_another_mesh(steps, tmp_path, monkeyp
     sphere = pv.Sphere(theta_resolution=12, phi_resolution=12)
     sphere.save(tmp_path / "sphere.ply")
     steps.drop(tmp_path / "sphere.ply")
-    steps.application._activate(steps.document.layers[1])
+    steps.document.activate(steps.document.layers[1])
     assert listed(steps) == []
     answer(monkeypatch, "getOpenFileName", path)
     steps.do("open_recipe")

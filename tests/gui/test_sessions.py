@@ -154,6 +154,9 @@ def assert_same_document(a, b):
     ]
     for ours, its in zip(a.history.steps, b.history.steps, strict=True):
         assert [x.name for x in ours.changes] == [x.name for x in its.changes]
+        assert [(x.name, roles) for x, roles in ours.roles.items()] == [
+            (x.name, roles) for x, roles in its.roles.items()
+        ]
         for mine, other in zip(ours.changes.values(), its.changes.values(), strict=True):
             for one, two in zip(mine, other, strict=True):
                 assert_same_state(one, two)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vtksmooth.files import read_surface, write_surface
-from vtksmooth.filters import LaplacianSmoothing, TrapeziumDrawing
+from vtksmooth.filters import LaplacianSmoothing, SelfIntersection, SurfaceQuality, TrapeziumDrawing
 
 VALUES = ("value", "currentText")
 
@@ -283,3 +283,86 @@ def test_layers_have_a_context_menu(three):
     three.wait(lambda: bool(found))
     assert found == ["Frame", "Save As…", "Close Layer"]
     assert [layer.name for layer in three.document.layers] == ["one", "space"]
+
+
+# -- the history ---------------------------------------------------------------------------------------
+
+
+def undo(user):
+    from PySide6.QtCore import Qt
+
+    user.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    user.wait()
+
+
+def redo(user):
+    from PySide6.QtCore import Qt
+
+    user.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier)
+    user.wait()
+
+
+@pytest.mark.parametrize("check", [SurfaceQuality, SelfIntersection], ids=lambda cls: cls.command)
+def test_a_check_leaves_what_was_undone(user, ant, check):
+    user.drop(ant)
+    layer = user.document.active
+    opened = layer.state
+    user.apply(TrapeziumDrawing, iterations=1)
+    first = layer.state
+    user.apply(TrapeziumDrawing, iterations=2)
+    second = layer.state
+    undo(user)
+    undo(user)
+    user.apply(check)
+    checked = layer.state
+    assert checked.shares_geometry(opened)
+    assert user.window.history.list.count() == 5
+    for state in (first, second):
+        redo(user)
+        assert layer.state is state
+    assert not user.window.action("redo").isEnabled()
+    for state in (first, checked, opened):
+        undo(user)
+        assert layer.state is state
+    # What changes the mesh ends what was undone, as ever.
+    redo(user)
+    user.apply(TrapeziumDrawing, iterations=3)
+    assert not user.window.action("redo").isEnabled()
+
+
+def test_roles_are_undone_and_leave_what_was_undone(user, ant):
+    from PySide6.QtCore import Qt
+
+    from vtksmooth_gui.model.layer import Role
+
+    user.drop(ant)
+    user.apply(TrapeziumDrawing, iterations=1)
+    layer, smoothed = user.document.active, user.document.active.state
+    undo(user)
+    tree = user.window.layers
+    box = tree.itemWidget(tree.topLevelItem(0), 1)
+    box.setFocus()
+    user.qtbot.keyClick(box, Qt.Key.Key_Down)
+    user.wait()
+    assert layer.role is Role.REFERENCE
+    assert user.window.history.list.currentItem().text() == "ant: reference"
+    undo(user)
+    assert layer.role is Role.MESH
+    assert box.currentText() == "mesh"
+    redo(user)
+    assert layer.role is Role.REFERENCE
+    redo(user)
+    assert layer.state is smoothed
+
+
+def test_undo_says_when_it_closes_a_mesh(user, ant):
+    user.drop(ant)
+    undo(user)
+    assert user.document.layers == []
+    assert user.said == "Closed ant; Redo opens it again."
+    redo(user)
+    assert [layer.name for layer in user.document.layers] == ["ant"]
+    user.do("close_layer")
+    undo(user)
+    redo(user)
+    assert user.said == "Closed ant; Undo opens it again."

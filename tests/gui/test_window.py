@@ -875,7 +875,7 @@ def test_a_skin_in_its_installation_space(user):
     user.wait()
     cls = filters["InstallationSpaceSmoothing"]
     user.apply(cls, iterations=3)
-    assert len(user.document.history.steps) == 3, user.said
+    assert len(user.document.history.steps) == 4, user.said
     expected = cls(iterations=3)(read_surface(skin)[0], read_surface(space)[0])
     assert same_points(user.mesh, expected)
     user.do("overlay_signed_distance")
