@@ -69,11 +69,14 @@ class Display(QObject):
         self._brush: tuple[float, float] | None = None
         self._brush_when_shown: tuple[float, float] | None = None
         self._framed = False
+        #: The mesh that is shown, and why the overlay cannot be: for what is said to be about them.
+        self._shown: tuple[Layer | None, State | None] = (None, None)
+        self._reason = ""
         self._brush_timer = QTimer(self, singleShot=True, interval=25)
         self._brush_timer.timeout.connect(self._select)
         view = window.view
         view.pointed.connect(self._probe)
-        view.left.connect(lambda: window.probe.setText(" "))
+        view.left.connect(self._leave)
         window.colour_bar.edited.connect(self._set_thresholds)
         window.histogram.brushed.connect(self._brushed)
         window.worst.chosen.connect(self._go_to_face)
@@ -133,6 +136,11 @@ class Display(QObject):
         """Show the document as it is now."""
         window, document, subject = self._window, self._document, self.subject
         layer = document.active
+        self._leave()
+        shown = layer, layer.state if layer is not None else None
+        if shown != self._shown:
+            self._shown = shown
+            window.notification.hide()  # it is about another mesh, or about this one as it was
         window.hint.setVisible(subject is None)
         window.view.set_preview(self._preview is not None)
         visible = layer is not None and layer.visible
@@ -162,6 +170,9 @@ class Display(QObject):
         if not window.histogram.locked:
             window.histogram.set_brush(None)  # of the values that are still shown
         self.overlay = one
+        self._leave()
+        if window.notification.text == self._reason:
+            window.notification.hide()
         window.action(overlay_id(one.id if one else "none")).setChecked(True)
         window.overlays.setCurrentIndex(window.overlays.findData(overlay_id(one.id if one else "none")))
         window.view.mark("worst", None)
@@ -171,6 +182,7 @@ class Display(QObject):
         """Show the overlay if its values are there, and have them computed otherwise."""
         one, subject = self.overlay, self.subject
         self._jobs.cancel("overlay")
+        self._window.statusBar().clearMessage()
         if one is None or subject is None:
             self._show(None, None)
             self._measure()
@@ -222,7 +234,8 @@ class Display(QObject):
         self._window.statusBar().clearMessage()
         text = str(reason) if isinstance(reason, Unavailable) else explain(reason)
         assert self.overlay is not None
-        self._window.notification.say(f"{self.overlay.title}: {text}", "warning")
+        self._reason = f"{self.overlay.title}: {text}"
+        self._window.notification.say(self._reason, "warning")
         self._show(None, None)
         self._measure()
 
@@ -550,6 +563,12 @@ class Display(QObject):
         size = 10.0 * float(np.linalg.norm(around - corners, axis=1).max())
         self._window.view.look_at(corners, normal, size)
         self._window.view.mark("worst", faces_as_mesh(subject.state, np.array([face])))
+
+    @Slot()
+    def _leave(self) -> None:
+        """Forget what is under the pointer; it is of another mesh, or of other values."""
+        self._jobs.cancel("probe")
+        self._window.probe.setText(" ")
 
     @Slot(object, object, bool)
     def _probe(self, origin: Any, direction: Any, before: bool) -> None:

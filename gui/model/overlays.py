@@ -407,7 +407,7 @@ def share(known: State, other: State) -> None:
 def check_available(one: Overlay, subject: Subject) -> None:
     """Raise Unavailable where what the overlay needs is not open."""
     if subject.state.surface is None:
-        raise Unavailable("This layer has no faces to show it on.")
+        raise Unavailable(subject.state.fault)
     if one.needs == "space" and subject.space is None:
         raise Unavailable("Open the installation space, and give its layer that role in the list of layers.")
     if one.needs == "before" and subject.before is None:

@@ -118,6 +118,15 @@ class State:
             return None
 
     @property
+    def fault(self) -> str:
+        """Why there are no faces that can be worked on, or ""."""
+        try:
+            surface_of(self.mesh)
+        except InvalidMeshError as error:
+            return str(error)
+        return ""
+
+    @property
     def points(self) -> np.ndarray:
         """The points, (n, 3), never to be written to."""
         return points_of(self.mesh)

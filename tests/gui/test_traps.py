@@ -366,3 +366,80 @@ def test_undo_says_when_it_closes_a_mesh(user, ant):
     undo(user)
     redo(user)
     assert user.said == "Closed ant; Undo opens it again."
+
+
+# -- what is said --------------------------------------------------------------------------------------
+
+
+def test_what_is_said_belongs_to_the_mesh_and_the_overlay_on_the_screen(three, tmp_path):
+    from PySide6.QtCore import QPoint, Qt
+
+    window = three.window
+    view = window.view.plotter.interactor
+
+    def point():
+        for attempt in range(20):  # a move to where the pointer is already is none
+            three.qtbot.mouseMove(view, view.rect().center() + QPoint(attempt % 2, 0))
+            three.qtbot.wait(300)
+            if window.probe.text() != " ":
+                break
+        assert "face " in window.probe.text()
+
+    three.do("frame")
+    point()
+    click_layer(three, 1)
+    assert window.probe.text() == " "
+    point()
+    three.press(Qt.Key.Key_0)
+    assert window.probe.text() == " "
+    # The reason why an overlay is not shown goes with the overlay.
+    three.document.close(three.document.layers[2])
+    three.do("overlay_signed_distance")
+    assert "installation space" in three.said
+    three.press(Qt.Key.Key_1)
+    three.wait()
+    assert three.said == ""
+    # What a filter did goes with the mesh that it made.
+    three.apply(TrapeziumDrawing, iterations=1)
+    assert three.said.startswith("Trapezium")
+    three.press(Qt.Key.Key_0)
+    three.wait()
+    assert three.said.startswith("Trapezium")
+    click_layer(three, 0)
+    assert three.said == ""
+    click_layer(three, 1)
+    three.apply(TrapeziumDrawing, iterations=1)
+    assert three.said.startswith("Trapezium")
+    undo(three)
+    assert three.said == ""
+    assert window.statusBar().currentMessage() == ""
+
+
+def test_why_a_mesh_has_no_values_is_said(user, ant, tmp_path):
+    mesh = read_surface(ant)[0]
+    mesh.points[7] = np.nan
+    write_surface(mesh, tmp_path / "hole.vtp")
+    user.drop(tmp_path / "hole.vtp")
+    assert "1 of the points used by faces have NaN" in user.said
+
+
+def test_the_deviation_is_one_number_and_its_place_is_found(user, ant):
+    from PySide6.QtCore import Qt
+
+    from vtksmooth.report import figure
+
+    user.drop(ant)
+    user.apply(LaplacianSmoothing, iterations=5)
+    user.press(Qt.Key.Key_5)
+    user.wait()
+    largest = figure(float(user.display.fields[0].values.max()))
+    assert f"largest deviation {largest} " in user.window.figures.text().replace("  │", " ")
+    assert user.window.worst.item(0, 1).text() == largest
+    rows = user.window.numbers.table
+    shown = {rows.item(row, 0).text(): rows.item(row, 2).text() for row in range(rows.rowCount())}
+    assert next(value for name, value in shown.items() if name.startswith("deviation, max")) == largest
+    user.press(Qt.Key.Key_W)
+    user.wait()
+    face = user.display.fields[0].worst[0]
+    assert user.window.worst.item(user.window.worst.currentRow(), 0).text() == f"{face}"
+    assert user.window.view._marks["worst"].actor.GetVisibility()
