@@ -5,7 +5,13 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from vtksmooth import LaplacianSmoothing, NullSpaceSmoothing, ParameterError, TrapeziumDrawing
+from vtksmooth import (
+    BackToSurfaceSmoothing,
+    LaplacianSmoothing,
+    NullSpaceSmoothing,
+    ParameterError,
+    TrapeziumDrawing,
+)
 from vtksmooth.filters import AngleBasedSmoothing
 
 
@@ -136,3 +142,32 @@ def test_slopes_that_are_straight_stay_straight():
 def test_what_cannot_be_is_refused(values, message):
     with pytest.raises(ParameterError, match=message):
         LaplacianSmoothing(**values)(pv.Sphere())
+
+
+@pytest.mark.parametrize(
+    ("make", "values", "advice"),
+    [
+        (
+            BackToSurfaceSmoothing,
+            {"directions": "xy"},
+            r"Leave out directions \(directions, symmetry_planes\), or",
+        ),
+        (BackToSurfaceSmoothing, {"symmetry_planes": "x=0"}, "another filter than BackToSurfaceSmoothing"),
+        (BackToSurfaceSmoothing, {"preserve_volume": True}, "Leave out a local volume .*, or choose another"),
+        (
+            TrapeziumDrawing,
+            {"directions": "xy", "corrections": 1},
+            r"\(corrections\): .* Leave one of them out",
+        ),
+        (
+            LaplacianSmoothing,
+            {"directions": "xy", "tangent_plane": True},
+            r"\(tangent_plane\): .* Leave one of",
+        ),
+    ],
+)
+def test_refusals_advise_only_parameters_that_the_filter_has(make, values, advice):
+    with pytest.raises(ParameterError, match=advice) as refusal:
+        make(**values)(pv.Sphere())
+    named = {name for name in ("tangent_plane", "back_to_surface") if name in str(refusal.value)}
+    assert named <= set(make.parameters())

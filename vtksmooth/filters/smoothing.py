@@ -334,6 +334,10 @@ class SmoothingFilter(Filter):
         )
         if self.tangent_plane or tangential:
             constraints.append(TangentPlane())
+            if not self.tangent_plane:
+                constraints[-1].name = "The tangent plane that corrections need (corrections)"
+            elif "tangent_plane" not in self.parameters():
+                constraints[-1].name, constraints[-1].always_in = "The tangent plane", type(self).__name__
         if self.null_space:
             constraints.append(NullSpace(self.tensor_weight))
         if self.boundary == "smoothed":
@@ -352,6 +356,9 @@ class SmoothingFilter(Filter):
             constraints.append(CurvatureBound(radius, self.curvature_ramp))
         if self.back_to_surface:
             constraints.append(BackToSurface())
+            if "back_to_surface" not in self.parameters():
+                constraints[-1].name = "The way back to the surface"
+                constraints[-1].always_in = type(self).__name__
         if self.max_deviation_fraction is not None:
             constraints.append(DeviationBound(self.max_deviation_fraction * diagonal))
         if self.crease_angle is not None:

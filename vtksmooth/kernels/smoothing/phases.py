@@ -51,6 +51,15 @@ def _list_changed(starts, ends, first, second, rows):
     return count
 
 
+def _advice(one: Constraint, other: Constraint) -> str:
+    """Return what to do about two constraints that conflict: leave out what the caller can leave out."""
+    for always, asked in ((one, other), (other, one)):
+        if always.always_in:
+            left_out = str(asked)[0].lower() + str(asked)[1:]
+            return f"Leave out {left_out}, or choose another filter than {always.always_in}."
+    return "Leave one of them out."
+
+
 class Disposal:
     """What becomes of the proposals of a run.
 
@@ -102,7 +111,7 @@ class Disposal:
                 if other.topic in one.conflicts:
                     raise ParameterError(
                         f"{one} cannot go together with {str(other)[0].lower()}{str(other)[1:]}: "
-                        f"{one.conflicts[other.topic]}. Leave one of them out."
+                        f"{one.conflicts[other.topic]}. {_advice(one, other)}"
                     )
             if on_edges and one.phase in (Phase.DIRECT, Phase.RETRACT, Phase.CONSERVE):
                 raise ParameterError(

@@ -56,6 +56,9 @@ class Constraint:
     #: What it is about, for :attr:`conflicts`, :attr:`covers` and what schemes keep by themselves.
     topic: str = ""
 
+    #: The filter that always has this constraint; empty where a parameter turns it on and off.
+    always_in: str = ""
+
     #: Topics of constraints that it cannot be kept together with, and why.
     conflicts: dict[str, str] = {}  # noqa: RUF012
 
