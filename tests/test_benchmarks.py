@@ -274,3 +274,11 @@ def test_the_page_on_promises_tells_what_is_declared(program, tmp_path):
         promises.main(["--runs", "40", "--output", str(tmp_path / "promises.md")])
     assert ended.value.code == 0
     assert "| all |" in (tmp_path / "promises.md").read_text(encoding="utf-8")
+
+
+def test_the_page_on_voxel_skins(program, tmp_path):
+    program("voxels").make(tmp_path, quick=True)
+    rows = [line.split(" | ") for line in (tmp_path / "voxels.md").read_text(encoding="utf-8").splitlines()]
+    rms = {row[1]: float(row[2]) for row in rows if len(row) == 7 and row[2][0].isdigit()}
+    assert rms["low-pass, preserve_volume"] < 0.044 < rms["pairwise, 20 sweeps"]
+    assert len(rms) == 4
