@@ -212,14 +212,14 @@ def make(output: Path, quick: bool = False) -> None:
     page = [
         "# Voxel skins",
         "",
-        "Made by `python benchmarks/voxels.py`. How near smoothing comes to the surface that the voxels "
-        "stand for: root mean square of the distances of the points, in voxels; points on rims, on the walls of a "
-        "space and at its ends do not count. Swept: the volume between the skin and the result, over that of "
-        "the body. Inverted: faces against the skin's directions. Outside, crossing: points and triangles, "
-        "of what must stay inside a space. Time is the processor's, of all threads, checks of a space and of "
-        "self-intersections included. Ours have one setting for all; vtkWindowedSincPolyDataFilter has its "
-        "defaults, and then, for each skin, the best of 18 settings by the true surface, which nobody has. It "
-        "knows no space.",
+        "Made by `python benchmarks/voxels.py`. How near smoothing comes to the surface that the "
+        "voxels stand for: root mean square of the distances of the points, in voxels; points on "
+        "rims, on the walls of a space and at its ends do not count. Swept: the volume between the "
+        "skin and the result, over that of the body. Inverted: faces against the skin's directions. "
+        "Outside, crossing: points and triangles, of what must stay inside a space. Time is the "
+        "processor's, of all threads, checks of a space and of self-intersections included. Ours have "
+        "one setting for all; vtkWindowedSincPolyDataFilter has its defaults, and then, for each "
+        "skin, the best of 18 settings by the true surface, which nobody has. It knows no space.",
         "",
         *tables.table(
             ["skin", "smoothing", "rms, voxels", "swept", "inverted", "outside / crossing", "µs a point"],
