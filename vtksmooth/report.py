@@ -153,8 +153,10 @@ class RunReport:
         cusps = self.vertex_classes[-1] if self.vertex_classes else 0
         return f"{cusps} cusp{'s'[: cusps != 1]} held; " if cusps else ""
 
-    def _noise(self) -> str:
-        return "" if self.noise_level is None else f"noise level {figure(self.noise_level, 3)}; "
+    def _chosen(self) -> str:
+        """Return what the mesh, or somebody, has chosen of the scheme."""
+        noise = "" if self.noise_level is None else f"noise level {figure(self.noise_level, 3)}; "
+        return noise if self.wavelength is None else f"{noise}wavelength {figure(self.wavelength, 3)}; "
 
     def _source(self) -> str:
         if self.source_deviation is None:
@@ -169,7 +171,7 @@ class RunReport:
             f"k mean {self.mean_aspect_ratio[0]:.3f} -> {self.mean_aspect_ratio[1]:.3f}, "
             f"min {self.min_aspect_ratio[0]:.3f} -> {self.min_aspect_ratio[1]:.3f}, "
             f"inverted {self.inverted[0]} -> {self.inverted[1]}; {self._volume()}; "
-            f"{self._noise()}{self._cusps()}{self._source()}{self._taken_back()}stopped because {reason}."
+            f"{self._chosen()}{self._cusps()}{self._source()}{self._taken_back()}stopped because {reason}."
         )
 
 
