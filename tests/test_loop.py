@@ -223,7 +223,8 @@ def test_too_little_gain(gate):
     assert previous - mean_after(report.iterations - 2)[0] >= 0.002
 
 
-@pytest.mark.parametrize("name", sorted(SCHEMES.keys() - {"taubin"}))  # its steps end before
+# Steps of Taubin's end before; a low-pass filter of what it has made is another filter.
+@pytest.mark.parametrize("name", sorted(SCHEMES.keys() - {"taubin", "low-pass"}))
 def test_gated_runs_converge(name):
     mesh = meshes.sheet(5, 5, jitter=0.3, seed=1)
     points, report = loop.smooth(mesh, SCHEMES[name], [Gate("aspect")], iterations=20_000)
