@@ -77,8 +77,7 @@ _PHASES = {
 _ABOVE = """Any scheme can have any constraint, and every constraint keeps its promise in the company of
 all others, but for the pairs that this table names: these are refused in one sentence, before anything moves
 ({refused} of {pairs} pairs). The scheme pairwise moves both ends of an edge at once and keeps the volume by
-itself; constraints that turn the step of one point, or put it on a surface, are refused with it. Where a
-boundary or a line of features slides, containment of triangles is refused together with a volume."""
+itself; constraints that turn the step of one point, or put it on a surface, are refused with it."""
 
 _BELOW = """Measured by `python benchmarks/promises.py`: {runs:,} runs on random meshes (closed and open, of
 triangles, quadrilaterals and both, up to a few hundred faces), each with a random scheme and two to five

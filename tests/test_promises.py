@@ -5,11 +5,13 @@ from itertools import combinations
 import meshes
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from schemes import SCHEMES
 
 from vtksmooth.errors import ParameterError
+from vtksmooth.filters.arrays import surface_of
 from vtksmooth.kernels.distance.signed_distance import SignedDistanceTree
 from vtksmooth.kernels.features.detection import detect
 from vtksmooth.kernels.mesh import adjacency
@@ -34,6 +36,7 @@ from vtksmooth.kernels.smoothing.constraints.on_source import OnSource
 from vtksmooth.kernels.smoothing.constraints.self_intersection import NoNewSelfIntersections
 from vtksmooth.kernels.smoothing.constraints.smoothed_boundary import SmoothedBoundary
 from vtksmooth.kernels.smoothing.constraints.tangent_plane import TangentPlane
+from vtksmooth.kernels.smoothing.schemes.angle_based import AngleBased
 from vtksmooth.kernels.smoothing.schemes.pairwise import Pairwise
 
 
@@ -230,3 +233,23 @@ def test_the_table_of_refusals_is_that_of_the_declarations():
     assert refused == REFUSED
     assert len(refused) <= 0.1 * len(PAIRS)
     assert adjacency.build(mesh) is not None
+
+
+@pytest.mark.parametrize("seed", [121, 196])
+def test_a_gate_refuses_what_a_bound_and_a_space_have_admitted_after_another_round(seed):
+    # What was learned of triangles when a step was admitted outlived the step.
+    random = np.random.default_rng(seed)
+    mesh = meshes.torus(13, 9, "triangles", jitter=0.25, seed=seed)
+    mesh = mesh.with_points(mesh.points + 0.1 * random.normal(size=mesh.points.shape))
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    box = pv.Box(tuple(np.column_stack((low, high)).ravel())).triangulate()
+    space = SignedDistanceTree(surface_of(box).mesh)
+    constraints = [
+        DeviationBound(mesh.diagonal * 10.0 ** random.uniform(-4, -1)),
+        Containment(space, 1e-9 * mesh.diagonal, exact=True),
+        Gate(str(random.choice(["angle", "aspect", "floor"]))),
+        NullSpace(),
+    ]
+    report = loop.smooth(mesh, AngleBased(), constraints, iterations=3, checked=True)[1]
+    assert report.moved
+    assert report.broken == []

@@ -154,6 +154,8 @@ class Containment(Constraint):
         # Vertices with steps that were admitted, and where these take them: what is known of triangles is
         # true only if they go there, and others may refuse.
         self._tried = np.zeros(len(distance), np.bool_)
+        # Vertices that move now: of those that are not disposed of anew, steps may still be refused.
+        self._moving = np.zeros(len(distance), np.bool_)
         self._places = np.empty((len(distance) if self.exact else 0, 3))
         self.outside = int(np.count_nonzero(distance > self.tolerance))
         self.checked = self.asked = 0
@@ -162,6 +164,7 @@ class Containment(Constraint):
         guard = self.guard
         if self.exact:
             self._give_up(state.points)
+            self._tried[:] = self._moving[:] = False
             triangles = separating_planes.refreshed(
                 guard.separation, state.points, state.near, state.pinned, guard.known, guard.slack,
                 self.space, self.tolerance,
@@ -182,11 +185,16 @@ class Containment(Constraint):
         tried = np.flatnonzero(self._tried)
         gone = tried[(self._places[tried] != proposed[tried]).any(axis=1)]
         separating_planes.give_up(self.guard.separation, gone)
-        self._tried[tried] = False
+        self._tried[gone] = False
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         if self.exact:
             self._give_up(proposed)
+            rows = [np.arange(a, b) for a, b in zip(starts, ends, strict=True)]
+            moving = np.concatenate([np.empty(0, np.int64), *rows])
+            if not self._moving[moving].all():  # others have had their turn
+                self._tried[:] = self._moving[:] = False
+                self._moving[moving] = True
         results = parallel.run(
             _stay_inside, starts, ends,
             state.points, state.pinned, self.guard, proposed, self._tried, self._places,
@@ -210,7 +218,7 @@ class Containment(Constraint):
 
     def forget(self, state: State) -> None:
         self.guard.slack[:] = 0.0
-        self._tried[:] = False
+        self._tried[:] = self._moving[:] = False
         if self.exact:
             crossing = self.guard.separation.crossing
             near = state.near
