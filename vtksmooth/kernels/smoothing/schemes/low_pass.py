@@ -184,7 +184,7 @@ class LowPass(Scheme):
             self.wavelength = math.pi * math.sqrt(square / self.frequency)
         else:
             lowest = USUAL_FREQUENCY * (_DEGREE / _LARGEST_DEGREE) ** 2
-            self.frequency = max(lowest, math.pi**2 * square / max(self.asked, 1e-150) ** 2)
+            self.frequency = max(lowest, math.pi**2 * square / min(max(self.asked, 1e-150), 1e150) ** 2)
             self.wavelength = math.pi * math.sqrt(square / self.frequency)
 
     @property
