@@ -81,7 +81,7 @@ def _rms(values: Float64) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _channel_distance(inst: pv.PolyData) -> Callable[[Float64], Float64]:
+def channel_distance(inst: pv.PolyData) -> Callable[[Float64], Float64]:
     """Return the signed distance to the surface of what the flow fills of the space, exact inside."""
     space = SignedDistanceTree(SignedDistance(inst).mesh)
     return lambda points: np.maximum(samples.flow_distance(points), space(np.asarray(points, np.float64)))
@@ -152,7 +152,7 @@ def containment(page: list[str], quick: bool) -> None:
     rows = []
     for refinement in (1,) if quick else (1, 2):
         sim, inst = samples.channel(refinement)
-        distance = _channel_distance(inst)
+        distance = channel_distance(inst)
         for mode in ("vertices",) if quick else ("none", "vertices", "exact"):
             for radius in ("auto",) if quick else (None, "auto"):
                 smoothing = InstallationSpaceSmoothing(containment=mode, curvature_radius=radius)
@@ -374,7 +374,7 @@ def peers(page: list[str]) -> None:
     ]
     absent = []
     for title, (sim, inst) in (("duct", _duct()), ("channel", samples.channel())):
-        distance = samples.torus_distance if title == "duct" else _channel_distance(inst)
+        distance = samples.torus_distance if title == "duct" else channel_distance(inst)
         regions = InstallationSpaceSmoothing(iterations=0)
         start = pv.wrap(regions(sim, inst))
         inner = (start["Fixed"] == 0) & ~_border(start)

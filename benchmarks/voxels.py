@@ -103,7 +103,7 @@ def cases(quick: bool) -> list[Case]:
     found += [box(cells) for cells in (6.0, 3.0, 2.0, 1.5)]
     for refinement in (1, 2):
         skin, space = samples.channel(refinement)
-        true = installation_space._channel_distance(space)
+        true = installation_space.channel_distance(space)
         found.append(
             Case(
                 f"channel in its space, refinement {refinement}", skin,

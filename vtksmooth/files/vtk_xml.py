@@ -44,8 +44,6 @@ def for_xml(mesh: Any, name: str) -> tuple[Any, list[str]]:
             if array.IsA("vtkStringArray") and _holds_null(array):
                 left_out.append(text(array.GetName()) or "(unnamed)")
                 data.RemoveArray(i)
-    for kind in ("PointData", "CellData", "FieldData"):
-        data = getattr(copy, f"Get{kind}")()
         names = [_names(data.GetAbstractArray(i)) for i in range(data.GetNumberOfArrays())]
         if all(quoted == given for given, quoted in names):
             continue

@@ -15,6 +15,7 @@ from ...jit.compiled import device, kernel
 from ..measures.dihedral import measure_edges
 from ..mesh.adjacency import Adjacency
 from ..mesh.mesh import LARGEST_POLYGON
+from ..mesh.regions import largest_around
 
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
@@ -194,15 +195,6 @@ def _measure_about(starts, ends, near, kind, angle, unevenness, turns, noise):
                     noise[v] = min(quartile, np.partition(uneven[:faces], faces // 4)[faces // 4])
 
 
-@kernel
-def _spread(starts, ends, near, noise, spread):
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            spread[v] = noise[v]
-            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
-                spread[v] = max(spread[v], noise[near.ring[r]])
-
-
 class NoiseMeter:
     """Measures the noise of a mesh, again and again while its normals are filtered.
 
@@ -251,12 +243,7 @@ class NoiseMeter:
         The rim of a noisy part counts to it.
         """
         every, faces = parallel.ranges(len(self._bent)), parallel.ranges(len(self._unevenness))
-        noise = self._about(normals, every, faces, every)
-        for _ in range(_RIM):
-            spread = np.empty_like(noise)
-            parallel.run(_spread, *every, self.near, noise, spread)
-            noise = spread
-        return noise
+        return largest_around(self.near, self._about(normals, every, faces, every), _RIM)
 
     def is_uneven(self, normals: Float64, noise: float) -> bool:
         """Return whether a part of the mesh is much noisier than `noise`, what :meth:`measure` returned."""

@@ -9,6 +9,7 @@ from ...jit import parallel
 from ...jit.compiled import device, kernel
 from ..mesh.adjacency import Adjacency
 from ..mesh.mesh import Mesh
+from ..mesh.regions import largest_around
 from .aspect_ratio import ring_normals
 
 Float64 = npt.NDArray[np.float64]
@@ -163,15 +164,6 @@ def _find_levels(near, variance, level):
                 level[near.ring[r]] = found
 
 
-@kernel
-def _spread(starts, ends, near, level, spread):
-    for part in range(starts.size):
-        for v in range(starts[part], ends[part]):
-            spread[v] = level[v]
-            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
-                spread[v] = max(spread[v], level[near.ring[r]])
-
-
 def noise_levels(mesh: Mesh, near: Adjacency) -> tuple[Float64, float]:
     """Return the standard deviation of the noise across the surface, model units.
 
@@ -195,10 +187,7 @@ def noise_levels(mesh: Mesh, near: Adjacency) -> tuple[Float64, float]:
     )  # fmt: skip
     variance[vertices] = measured
     _find_levels(near, variance, level)
-    spread = np.empty_like(level)
-    for _ in range(_RIM):
-        parallel.run(_spread, *parallel.ranges(len(level)), near, level, spread)
-        level, spread = spread, level
+    level = largest_around(near, level, _RIM)
     # Half of the variance is where there is more noise than this.
     ordered = np.sort(level)
     share = np.cumsum(ordered**2)

@@ -88,6 +88,23 @@ def shrunk(rings: Rings, marked: npt.ArrayLike, steps: int) -> Bool:
 
 
 @kernel
+def _carry_on(starts, ends, near, before, after):
+    for part in range(starts.size):
+        for v in range(starts[part], ends[part]):
+            after[v] = before[v]
+            for r in range(near.ring_offsets[v], near.ring_offsets[v + 1]):
+                after[v] = max(after[v], before[near.ring[r]])
+
+
+def largest_around(near: Adjacency, values: Float64, rings: int) -> Float64:
+    """Return for each vertex the largest of the values, (n,), within so many rings of it."""
+    for _ in range(rings):
+        before, values = values, np.empty_like(values)
+        parallel.run(_carry_on, *parallel.ranges(len(values)), near, before, values)
+    return values
+
+
+@kernel
 def _diffuse(starts, ends, ring_offsets, ring, fixed, before, after):
     changed = False
     for part in range(starts.size):

@@ -460,8 +460,8 @@ class _Run:
     def _operations(self, done: float, share: float) -> Iterator[int]:
         assert isinstance(self.scheme, EdgeScheme)
         damping = (self.state.pinned == 0).astype(np.float64)
-        if self.disposal.factors is not None:
-            damping *= self.disposal.factors
+        if self.state.factors is not None:
+            damping *= self.state.factors
         guarding = [each for each in self.disposal.constraints if each.guard is not None]
         if not self.scheme.guarded:
             guarding = []

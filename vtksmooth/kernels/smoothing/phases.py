@@ -141,7 +141,6 @@ class Disposal:
             self._limiting = [each for each in self._limiting if each.topic not in covered]
         #: Whether gates judge each vertex as it moves; otherwise :meth:`unwelcome` says of a pass.
         self.judged_alone = True
-        self.factors: Float64 | None = None
         self._spare = np.empty((0, 3))
 
     @property
@@ -160,14 +159,14 @@ class Disposal:
         """Prepare the pass that begins."""
         for constraint in self.constraints:
             constraint.prepare(state)
-        self.factors = state.factors = factors(self.constraints)
+        state.factors = factors(self.constraints)
 
     def dispose(self, state: State, starts: Int64, ends: Int64, proposed: Float64) -> None:
         """Change the targets in the rows ``starts[i]:ends[i]`` of `proposed` to what all allow."""
         for constraint in self._directing:
             constraint.dispose(state, starts, ends, proposed)
-        if self.factors is not None:
-            parallel.run(shorten, starts, ends, state.points, self.factors, proposed)
+        if state.factors is not None:
+            parallel.run(shorten, starts, ends, state.points, state.factors, proposed)
         if self.in_place:
             for constraint in self._conserving:
                 constraint.dispose(state, starts, ends, proposed)
@@ -279,13 +278,16 @@ class Disposal:
         found &= (before != after).any(axis=1)
         return found
 
-    def broken(self, state: State, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
-        """Return the vertices that limits or gates do not let go to `proposed`, where only `rows` are new."""
+    def broken(self, state: State, before: Float64, proposed: Float64, rows: Int64) -> npt.NDArray[np.bool_]:
+        """Return the vertices that limits or gates do not let go to `proposed`, where only `rows` are new.
+
+        Gates compare with the points `before`.
+        """
         found = np.zeros(len(proposed), bool)
         for limit in self._bounding:
             found |= limit.exceeded(state, proposed, rows)
         for judge in self._judging:
-            found |= judge.worsened(state, state.points, proposed)
+            found |= judge.worsened(state, before, proposed)
         found &= state.pinned == 0
         return found
 
@@ -328,13 +330,7 @@ class Disposal:
 
             def beyond(state: State, proposed: Float64) -> npt.NDArray[np.bool_]:
                 changed = np.flatnonzero((proposed != state.points).any(axis=1))
-                found = np.zeros(len(proposed), bool)
-                for limit in self._limiting:
-                    found |= limit.exceeded(state, proposed, changed)
-                for judge in self._judging:
-                    found |= judge.worsened(state, before, proposed)
-                found &= state.pinned == 0
-                return found
+                return self.broken(state, before, proposed, changed)
 
             proposed = state.points.copy()
             kept = kept and constraint.conserve(state, state.points, proposed, beyond, before)

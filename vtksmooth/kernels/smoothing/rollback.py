@@ -72,7 +72,7 @@ def _taken_back(disposal: Disposal, state: State, wanted: Float64, bad: Bool) ->
         place[rows] = good[rows] + part[rows, None] * (wanted[rows] - good[rows])
         disposal.retract(state, rows[part[rows] > 0.0], place)
         bad = disposal.objections(state, good, place, lower)
-        bad |= disposal.broken(state, place, np.flatnonzero(part < 1.0))
+        bad |= disposal.broken(state, good, place, np.flatnonzero(part < 1.0))
     return place, part
 
 
@@ -111,7 +111,7 @@ def _beyond(
 ) -> Callable[[State, Float64], npt.NDArray[np.bool_]]:
     def beyond(_: State, proposed: Float64) -> Bool:
         changed = (proposed != place).any(axis=1)
-        found = disposal.broken(state, proposed, np.flatnonzero(changed))
+        found = disposal.broken(state, state.points, proposed, np.flatnonzero(changed))
         return found | disposal.objections(state, state.points, proposed, changed)
 
     return beyond

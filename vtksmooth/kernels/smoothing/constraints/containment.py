@@ -154,7 +154,7 @@ class Containment(Constraint):
         # Vertices with steps that were admitted, and where these take them: what is known of triangles is
         # true only if they go there, and others may refuse.
         self._tried = np.zeros(len(distance), np.bool_)
-        # Vertices that move now: of those that are not disposed of anew, steps may still be refused.
+        # Vertices of the current colour: a gate may still refuse their steps, even where limits are done.
         self._moving = np.zeros(len(distance), np.bool_)
         self._places = np.empty((len(distance) if self.exact else 0, 3))
         self.outside = int(np.count_nonzero(distance > self.tolerance))

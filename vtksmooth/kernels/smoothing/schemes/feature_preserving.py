@@ -512,14 +512,14 @@ class FeaturePreserving(Scheme):
         self._rings = face_rings.rings(near)
         self._measure(state, first.points)
         edge = self._edges(state)
-        mean = float(edge.mean()) if n else 0.0
+        of_faces, mean = self._at_faces(near, edge), float(edge.mean()) if n else 0.0
         constant, growth, least, largest = _WINDOW
         with np.errstate(invalid="ignore", divide="ignore"):
-            window = constant + growth * self._at_faces(near, level) / self._at_faces(near, edge)
+            window = constant + growth * self._at_faces(near, level) / of_faces
         # Where the mesh is graded, a window is so many of the distances there.
         self._window = np.clip(np.nan_to_num(window, nan=least), least, largest)
         if mean > 0.0:
-            self._window *= self._at_faces(near, edge) / mean
+            self._window *= of_faces / mean
         self._nearby = face_rings.nearby(
             near, self._across, self._centre, 2.0 * self._window * self._mean_distance()
         )

@@ -179,13 +179,11 @@ class LowPass(Scheme):
         # The smallest edges of a voxel skin are the voxels'; of all edges some are diagonals.
         self._edge = float(np.quantile(edges, 0.1)) if len(edges) else 0.0
         # A wave of length L has the frequency k = (2 pi / L)^2 <e^2> / 4, whichever way it runs.
-        if self.asked is None:
-            self.frequency = USUAL_FREQUENCY
-            self.wavelength = math.pi * math.sqrt(square / self.frequency)
-        else:
+        self.frequency = USUAL_FREQUENCY
+        if self.asked is not None:
             lowest = USUAL_FREQUENCY * (_DEGREE / _LARGEST_DEGREE) ** 2
             self.frequency = max(lowest, math.pi**2 * square / min(max(self.asked, 1e-150), 1e150) ** 2)
-            self.wavelength = math.pi * math.sqrt(square / self.frequency)
+        self.wavelength = math.pi * math.sqrt(square / self.frequency)
 
     @property
     def finished(self) -> str:
@@ -213,9 +211,10 @@ class LowPass(Scheme):
         degree = math.ceil(_DEGREE * math.sqrt(USUAL_FREQUENCY / min(self.frequency, USUAL_FREQUENCY)))
         series = np.array([coefficients(half_height(self.frequency, each), degree) for each in strengths])
         candidates = graph.filtered(points, moves, series)
-        result = self._chosen(start, candidates)
+        areas = _vertex_areas(start)
+        result = self._chosen(start, candidates, areas)
         for _ in range(2):
-            self._give_back(start, result, moves)
+            self._give_back(start, result, moves, areas * moves)
         result += middle
         return result
 
@@ -231,9 +230,9 @@ class LowPass(Scheme):
         floor = 1e-6 * float(areas.mean())
         return volume / np.maximum(below, floor)[:, None] / self._edge
 
-    def _chosen(self, start: Mesh, candidates: Float64) -> Float64:
+    def _chosen(self, start: Mesh, candidates: Float64, areas: Float64) -> Float64:
         """Return for each vertex the strongest filter's point that its neighbourhood allows."""
-        heights = self._heights(start, candidates, 12.0, _vertex_areas(start))
+        heights = self._heights(start, candidates, 12.0, areas)
         result = start.points.copy()
         everywhere = np.ones(len(result))
         lazy = coefficients(lambda k: (1.0 - 0.5 * k) ** 8, 8)[None]
@@ -246,9 +245,8 @@ class LowPass(Scheme):
             result += part * (candidates[level] - result)
         return result
 
-    def _give_back(self, start: Mesh, result: Float64, moves: Float64) -> None:
+    def _give_back(self, start: Mesh, result: Float64, moves: Float64, areas: Float64) -> None:
         """Move `result` along its normals by what it has swept locally, as far as that is not noise."""
-        areas = _vertex_areas(start) * moves
         height = self._heights(start, result[None], 24.0, areas)[:, 0]
         height = np.clip(height**3 / (height**2 + _LEFT**2), -0.25, 0.25)
         normals = ring_normals(start.with_points(result))
